@@ -12,6 +12,7 @@ from typing import Any
 
 from companion import native
 from companion.allocation.allocator import Allocator
+from companion.allocation.astern import stern_first_refusal
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
 from companion.allocation.rudder import RudderAllocator
@@ -417,10 +418,12 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
     plans = Plans()
     if state is not None:
         kept, warnings = state.load_plans()
+        no_astern = stern_first_refusal(config.thrusters)
         for text in warnings:
             warn(text)
         for kind, items in kept.items():
-            refusal = check_plan(kind, items, len(config.servos), len(config.relays)) if items else None
+            outputs = len(config.servos), len(config.relays)
+            refusal = check_plan(kind, items, *outputs, no_astern=no_astern) if items else None
             if refusal is None:
                 plans.replace(kind, items)
             else:

@@ -257,6 +257,7 @@ class Vessel:
     def _battery_read(self, reading: Battery, now_s: float) -> None:
         before: Battery | None = self._newest.get("battery", self._inputs.battery)
         self._newest["battery"] = self._battery.update(reading, before, now_s)
+        self._newest["batteries"] = self._battery.packs(now_s)
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""

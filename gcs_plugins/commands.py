@@ -60,7 +60,8 @@ class ModeNumbers:
 
 MODES: Mapping[str, ModeNumbers] = {
     "Manual": ModeNumbers(0x00010000, 0),
-    "Forces": ModeNumbers(0x00020000, 1),
+    "Forces": ModeNumbers(0x00020000, 31),
+    "Rate": ModeNumbers(0x00050000, 1),
     "Heading": ModeNumbers(0x00070000, 3),
     "Hold": ModeNumbers(0x03040000, 4),
     "Mission": ModeNumbers(0x04040000, 10),
@@ -265,6 +266,7 @@ ACTIONS: tuple[OperatorAction, ...] = (
     # by hand
     _mode("manual", "Steer by hand", "Manual", "The sticks drive the thrusters", button=1),
     _mode("forces", "Steer by forces", "Forces", "The sticks demand surge force, sway force and yaw moment"),
+    _mode("rate", "Steer by rate", "Rate", "The sticks demand speed and turn rate, which the boat keeps"),
     _mode(
         "heading",
         "Steer by heading",

@@ -13,6 +13,7 @@ from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.path_laying import FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.stern_first import turned, turned_back
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
@@ -22,8 +23,9 @@ _THESIS = 1
 class ChosenPathTracker:
     """Same interface as `PathTracker`. A law that takes over under way sails the rest of the route from the boat.
 
-    Remembers the law in use, the route, how many waypoints were passed before that law took over, and the way made.
-    `took_over`: a law took over in the last update, so its line from the boat is new and has not been checked yet.
+    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. Remembers the law in use, the
+    route, how many waypoints were passed before that law took over, and the way made. `took_over`: a law took over in
+    the last update, so its line from the boat is new and has not been checked yet.
     """
 
     def __init__(
@@ -33,8 +35,10 @@ class ChosenPathTracker:
         top_mps: float = math.inf,
         agility: Agility | None = None,
         submit: Submit = at_once,
+        astern: bool = False,
     ) -> None:
         self._parameters = parameters
+        self._astern = astern
         self._own = PathTracker(parameters, can_sway, top_mps, agility, submit)
         self._thesis = ThesisWaypoints(parameters)
         self._active = self._wanted()
@@ -55,21 +59,21 @@ class ChosenPathTracker:
         """As `PathTracker.start`."""
         self._active = self._wanted()
         self._remember(waypoints, stop_at_end)
-        self._active.start(waypoints, nav, stop_at_end, from_here, beyond)
+        self._active.start(waypoints, self._facing(nav), stop_at_end, from_here, beyond)
 
     def replace(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
     ) -> None:
         """As `PathTracker.replace`."""
         self._remember(waypoints, stop_at_end)
-        self._active.replace(waypoints, nav, stop_at_end, beyond)
+        self._active.replace(waypoints, self._facing(nav), stop_at_end, beyond)
 
     def go_on(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
     ) -> None:
         """As `PathTracker.go_on`."""
         self._remember(waypoints, stop_at_end)
-        self._active.go_on(waypoints, nav, stop_at_end, beyond)
+        self._active.go_on(waypoints, self._facing(nav), stop_at_end, beyond)
 
     @property
     def is_own(self) -> bool:
@@ -92,11 +96,11 @@ class ChosenPathTracker:
         """As `PathTracker.take`."""
         self._active = self._own
         self._remember(laid.waypoints, laid.stop_at_end)
-        self._own.take(laid, nav)
+        self._own.take(laid, self._facing(nav))
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """As `PathTracker.update`."""
-        wanted = self._wanted()
+        wanted, nav = self._wanted(), self._facing(nav)
         self.took_over = wanted is not self._active and self._passed < len(self._waypoints)
         if self.took_over:
             self._active, self._before = wanted, self._passed
@@ -106,12 +110,17 @@ class ChosenPathTracker:
             self._way_before_m = self._way_m - progress.way_m
         self._passed = self._before + progress.passed
         self._way_m = self._way_before_m + progress.way_m
-        return replace(progress, passed=self._passed, way_m=self._way_m)
+        setpoint = turned_back(progress.setpoint) if self._astern else progress.setpoint
+        return replace(progress, setpoint=setpoint, passed=self._passed, way_m=self._way_m)
 
     @property
     def legs(self) -> list[list[tuple[float, float]]]:
         """As `PathTracker.legs`."""
         return self._active.legs
+
+    def _facing(self, nav: NavState) -> NavState:
+        """The boat as the laws see it."""
+        return turned(nav) if self._astern else nav
 
     def _remember(self, waypoints: Sequence[Waypoint], stop_at_end: bool) -> None:
         self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end

@@ -115,6 +115,7 @@ def _outlook(voyage: Summary, parameters: Parameters) -> Iterator[str]:
 
 
 def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
+    from companion.allocation.astern import stern_first_refusal
     from companion.mission.plan import PlanKind
     from companion.mission.validation import check_item, check_plan
 
@@ -124,7 +125,12 @@ def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
     home = plan.home[:2] if plan.home is not None else None
     if home is None and vessel is not None:
         home = vessel.home.lat_deg, vessel.home.lon_deg
-    found += [check_plan(kind, items, servos, relays, home=home) for kind, items in lists.items() if items]
+    no_astern = None if vessel is None else stern_first_refusal(vessel.thrusters)
+    found += [
+        check_plan(kind, items, servos, relays, home=home, no_astern=no_astern)
+        for kind, items in lists.items()
+        if items
+    ]
     return [f"{refusal} ({refusal.result.name})" for refusal in found if refusal is not None]
 
 

@@ -29,6 +29,7 @@ class ModeId(Named):
     OFFBOARD = "Offboard"
     CIRCLE = "Circle"
     TRIAL = "Trial"
+    RATE = "Rate"
 
 
 class Severity(IntEnum):

@@ -3,7 +3,8 @@ of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from companion.core.actuation import ThrusterCommand, Wrench
 
@@ -107,6 +108,18 @@ class PathSetpoint:
     yaw_radps2: float = 0.0
     exact: bool = False
     ahead: tuple[PlannedPose, ...] = ()
+
+
+def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:
+    """The setpoint at a share of its speed, and braking by at least `braking_mps2`, whether it leads ahead or
+    astern."""
+    way = math.copysign(1.0, setpoint.surge_mps)
+    return replace(
+        setpoint,
+        surge_mps=share * setpoint.surge_mps,
+        sway_mps=share * setpoint.sway_mps,
+        surge_mps2=way * min(way * setpoint.surge_mps2, -braking_mps2),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,8 @@ class DeviceHealth:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """The newest of the slow readings."""
+    """The newest of the slow readings. `battery`: the one that counts; `batteries`: every pack, always in the same
+    order, None for one that fell silent."""
 
     battery: Battery | None = None
     leak: Leak | None = None
@@ -39,6 +40,7 @@ class Inputs:
     wind: Wind | None = None
     depth: Depth | None = None
     corrections: Corrections | None = None
+    batteries: tuple[Battery | None, ...] = ()
 
     def renewed(self, newest: Mapping[str, Any]) -> Inputs:
         """With these, by the names of the fields. As `dataclasses.replace`, which takes much for each tick."""
@@ -51,6 +53,7 @@ class Inputs:
             get("wind", self.wind),
             get("depth", self.depth),
             get("corrections", self.corrections),
+            get("batteries", self.batteries),
         )
 
 

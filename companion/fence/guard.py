@@ -21,7 +21,7 @@ from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
-from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint, braked
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
@@ -39,6 +39,7 @@ _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
 _STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
+_SLOWING = (ModeId.HEADING, ModeId.RATE)  # modes of sticks that slow down ahead of the fence, with a heading
 _SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
 _SLOWED_S = 2.0  # for how long the state "slowed" lasts after that
 
@@ -350,8 +351,8 @@ class FenceGuard:
     def _ahead(self, areas: FenceAreas, nav: NavState, mode: SteeredMode) -> str | None:
         """The warning where the operator steers the boat out of the fence; None where that is not so.
 
-        It comes while the boat can still stop inside. In Heading, which slows down by itself, it comes when the boat
-        has reached the line. However slowly a boat drifts, it comes when the hull may touch the line.
+        It comes while the boat can still stop inside. In Heading and Rate, which slow down by themselves, it comes when
+        the boat has reached the line. However slowly a boat drifts, it comes when the hull may touch the line.
         """
         if not mode.by_stick and self.cause is None:
             return None
@@ -362,7 +363,8 @@ class FenceGuard:
         if speed > _DRIFT_MPS:
             way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
         need_m = 0.0
-        if mode.id is not ModeId.HEADING and edge.distance_m > 0.0:
+        slows = mode.id in _SLOWING and nav.heading_valid
+        if not slows and edge.distance_m > 0.0:
             stop = stopping_point(nav, self._parameters)
             need_m = math.dist(stop, (nav.north_m, nav.east_m)) + _DECIDE_S * speed
         near = areas.fence.margin(nav.north_m, nav.east_m)
@@ -468,10 +470,4 @@ def _slower(setpoint: PathSetpoint, limit: SpeedLimit) -> PathSetpoint:
     speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
     if speed <= limit.speed_mps:
         return setpoint
-    share = limit.speed_mps / speed
-    return replace(
-        setpoint,
-        surge_mps=share * setpoint.surge_mps,
-        sway_mps=share * setpoint.sway_mps,
-        surge_mps2=min(setpoint.surge_mps2, -limit.braking_mps2),
-    )
+    return braked(setpoint, limit.speed_mps / speed, limit.braking_mps2)

@@ -267,7 +267,7 @@ RULES: dict[int, Rule] = {
     ),
     Command.DO_SET_REVERSE: Rule(
         Role.DO,
-        ranges=(Range(1, "reverse", "give 0, ahead: the boat follows its path bow first", 0, 0, whole=True),),
+        ranges=(Range(1, "reverse", "give 1 for stern first, or 0 for bow first", 0, 1, whole=True),),
     ),
     Command.DO_FENCE_ENABLE: Rule(
         Role.DO,

@@ -30,9 +30,9 @@ _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
 
 
 class Cursor:
-    """Place of a mission: `seq`, how often each jump was taken, the speed that the mission has set (None: none), and
-    whether it is `surveying`: the camera shoots on the way, which is how ground stations mark the transects of a
-    survey.
+    """Place of a mission: `seq`, how often each jump was taken, the speed that the mission has set (None: none),
+    whether the boat sails stern first (`astern`), and whether it is `surveying`: the camera shoots on the way, which is
+    how ground stations mark the transects of a survey.
 
     `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. `follow_endless`
     False: endless jumps are not taken. `held`: numbers of the condition (first) and the "do" items that wait for it on
@@ -44,6 +44,7 @@ class Cursor:
         "_follow_endless",
         "_gate_serial",
         "_items",
+        "astern",
         "held",
         "jumps",
         "leg_speed_mps",
@@ -68,13 +69,14 @@ class Cursor:
         self.speed_mps = self.leg_speed_mps = speed_mps
         self.held: list[int] = list(held)
         self._gate_serial = 0
-        self.surveying = False
+        self.astern = self.surveying = False
         self._look_back()
 
     def copy(self, follow_endless: bool = True) -> Cursor:
         """A copy to look ahead with; without the held items, which do not matter then."""
         ahead = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless and follow_endless)
         ahead.seq, ahead.surveying, ahead.leg_speed_mps = self.seq, self.surveying, self.leg_speed_mps
+        ahead.astern = self.astern
         return ahead
 
     def stand_at(self, seq: int) -> None:
@@ -146,6 +148,8 @@ class Cursor:
             self.seq += 1
             if (shooting := _shooting(item)) is not None:
                 self.surveying = shooting
+            if item.command == Command.DO_SET_REVERSE:
+                self.astern = item.param1 == 1.0
             if steps <= _MOST_STEPS:
                 self._run(item, actions)
         if self.seq >= count:

@@ -29,8 +29,8 @@ class MissionExecutor:
 
     It has no clock: the tasks hold durations, and the mode that carries them out measures time. Navigation follows
     MAVLink's mission protocol; an item counts as reached when it is done, one with a hold on arrival. Remembers the
-    state (MISSION_STATE), the place in the plan, the count of each jump, the speed that the mission has set, and
-    whether the boat has arrived at a destination where it stays.
+    state (MISSION_STATE), the place in the plan, the count of each jump, the speed that the mission has set, whether
+    the boat sails stern first, and whether it has arrived at a destination where it stays.
     """
 
     def __init__(self, plans: Plans) -> None:
@@ -143,9 +143,16 @@ class MissionExecutor:
         return None
 
     def pause(self) -> None:
-        """Pause an active mission; `begin` resumes it."""
+        """Pause an active mission; `begin` resumes it, bow first."""
         if self._state is MissionState.ACTIVE:
             self._state = MissionState.PAUSED
+            self._task = None
+            self._cursor.astern = False
+
+    def sail_astern(self, astern: bool) -> None:
+        """Sail stern first from here on, or bow first, until an item or a pause changes it."""
+        if self._cursor.astern is not astern:
+            self._cursor.astern = astern
             self._task = None
 
     def set_current(self, seq: int, reset: bool = False) -> str | None:
@@ -318,7 +325,9 @@ class MissionExecutor:
         self._shared = (), (), 0
         if goes_on:
             jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
-            self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps, held=self._cursor.held)
+            before_it = self._cursor
+            self._cursor = Cursor(self._items, before_it.seq, jumps, before_it.speed_mps, held=before_it.held)
+            self._cursor.astern = before_it.astern
             self.replaced = Replaced.CONTINUED
             return
         self._rewind(0)

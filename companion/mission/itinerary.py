@@ -52,23 +52,30 @@ def _sail(ahead: Cursor) -> Sail:
     """The points up to the first at which the boat must come to rest; advances `ahead`.
 
     A route ends early, without a stop, at its greatest length, and before a point that would follow itself; the next
-    route continues there. It does not stop before the way home, a berth or an orbit either.
+    route continues there. It does not stop before the way home, a berth or an orbit either, unless it is sailed stern
+    first. Where the boat changes between bow first and stern first, it comes to rest.
     """
     route: list[RoutePoint] = []
+    astern = ahead.astern
     while (item := ahead.item) is not None and item.command in DESTINATIONS:
+        if route and ahead.astern is not astern:
+            return Sail(tuple(route), True, astern=astern)
         if len(route) == LONGEST_ROUTE or (route and route[-1].seq == ahead.seq):
-            return Sail(tuple(route), False, _beyond(ahead))
+            return Sail(tuple(route), False, _beyond(ahead), astern)
         route.append(_point(item, ahead))
         if must_stay(item):
             break
         ahead.advance()
-    return Sail(tuple(route), stop=item is None or item.command not in _GOES_ON)
+    return Sail(tuple(route), astern or item is None or item.command not in _GOES_ON, astern=astern)
 
 
 def _beyond(ahead: Cursor) -> tuple[RoutePoint, ...]:
     """The first points of the next route."""
     points: list[RoutePoint] = []
+    astern = ahead.astern
     while len(points) < LOOK_BEYOND and (item := ahead.item) is not None and item.command in DESTINATIONS:
+        if ahead.astern is not astern:
+            break
         points.append(_point(item, ahead))
         if must_stay(item):
             break

@@ -33,12 +33,13 @@ class Sail:
 
     The mode reports each passed point to the executor; the task stays the same until the last one. With laps a `seq`
     may occur several times: the order counts. `beyond`: the first points of the next task if the boat sails on without
-    a stop; they shape the path.
+    a stop; they shape the path. `astern`: stern first.
     """
 
     route: tuple[RoutePoint, ...]
     stop: bool
     beyond: tuple[RoutePoint, ...] = ()
+    astern: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,13 +71,14 @@ def check_plan(
     least_radius_m: float = 0.0,
     takes_off: bool = True,
     home: tuple[float, float] | None = None,
+    no_astern: str | None = None,
 ) -> PlanRefusal | None:
     """Why `items`, each of which has passed `check_item`, cannot be in force together; None if they can, or for an
     empty list.
 
     `servos`, `relays`: number of the boat's outputs; None: do not check them. `least_radius_m`: of the smallest circle
     that the boat can sail. `takes_off`: whether a take-off is taken, as what is done already (COM_TAKEOFF_OK).
-    `home`: (lat_deg, lon_deg), if known.
+    `home`: (lat_deg, lon_deg), if known. `no_astern`: why the boat cannot sail stern first; None: it can.
     """
     if len(items) > CAPACITY:
         return PlanRefusal(
@@ -93,10 +94,8 @@ def check_plan(
     if (refusal := _check_zero(items, home)) is not None:
         return refusal
     if kind is PlanKind.MISSION:
-        take_off = next((item for item in items if item.command == Command.NAV_TAKEOFF), None)
-        if take_off is not None and not takes_off:
-            return _refuse(take_off, PlanResult.UNSUPPORTED, "is not for a boat (COM_TAKEOFF_OK); remove it")
-        return _check_outputs(items, servos, relays) or _check_orbits(items, least_radius_m) or _check_mission(items)
+        cannot = _check_ability(items, takes_off, no_astern) or _check_outputs(items, servos, relays)
+        return cannot or _check_orbits(items, least_radius_m) or _check_mission(items)
     if kind is PlanKind.FENCE:
         return _check_fence(items)
     return None
@@ -188,6 +187,16 @@ _MORE: dict[int, Callable[[PlanItem], PlanRefusal | None]] = {
 
 
 # --- a mission -----------------------------------------------------------------------------------------------------
+
+
+def _check_ability(items: Sequence[PlanItem], takes_off: bool, no_astern: str | None) -> PlanRefusal | None:
+    """Whether the boat takes a take-off, and sails stern first, where the items ask for that."""
+    for item in items:
+        if item.command == Command.NAV_TAKEOFF and not takes_off:
+            return _refuse(item, PlanResult.UNSUPPORTED, "is not for a boat (COM_TAKEOFF_OK); remove it")
+        if item.command == Command.DO_SET_REVERSE and item.param1 == 1.0 and no_astern is not None:
+            return _refuse(item, PlanResult.INVALID_PARAM1, f"1 is stern first, but {no_astern}; remove it")
+    return None
 
 
 def _check_outputs(items: Sequence[PlanItem], servos: int | None, relays: int | None) -> PlanRefusal | None:

@@ -20,7 +20,7 @@ class ForcesMode(Mode):
         id=ModeId.FORCES,
         text="Sticks demand force ahead, sideways and turning moment",
         px4=0x00020000,
-        rover=1,  # ACRO
+        rover=31,  # of its own: Rover has no such mode
         by_stick=True,
         needs=frozenset(),
     )

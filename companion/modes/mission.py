@@ -208,12 +208,12 @@ class MissionMode(Mode):
 
     def way_speed_mps(self, inputs: ModeInputs) -> float:
         """The speed of the present item, at most the set speed, m/s."""
-        asked_mps = None
+        asked_mps, most_mps = None, inputs.speed_mps
         if isinstance(self._task, Orbit):
             asked_mps = self._task.speed_mps
         elif isinstance(self._task, Sail):
-            asked_mps = self._sailing.asked_mps
-        return inputs.speed_mps if asked_mps is None else min(asked_mps, inputs.speed_mps)
+            asked_mps, most_mps = self._sailing.asked_mps, self._sailing.speed_mps(inputs)
+        return most_mps if asked_mps is None else min(asked_mps, most_mps)
 
     @property
     def docking(self) -> bool:
@@ -379,7 +379,8 @@ class MissionMode(Mode):
     def _goes_on(self, task: Sail) -> bool:
         """Whether the boat already sails this rest of its route."""
         before, sailing = self._task, self._sailing
-        return isinstance(before, Sail) and before.stop == task.stop and sailing.route[sailing.reported :] == task.route
+        same = isinstance(before, Sail) and (before.stop, before.astern) == (task.stop, task.astern)
+        return same and sailing.route[sailing.reported :] == task.route
 
     def _knows_home(self, inputs: ModeInputs) -> bool:
         here, returning = (inputs.nav.north_m, inputs.nav.east_m), self._point.now(inputs.home)
@@ -442,6 +443,9 @@ class MissionMode(Mode):
         """`sailed`: the boat already sails this rest of its route."""
         if not sailed:
             before_path = before if isinstance(before, Sail) and not self._on_leg else None
+            if task.astern is not self._sailing.astern:
+                text = "Mission: stern first" if task.astern else "Mission: bow first"
+                self._events.say(inputs.now_s, TextKind.ROUTINE, "stern_first", text)
             refusal = self._sailing.take_up(task, before_path, inputs)
             self._on_leg = False
             if not self._sailing.rest:

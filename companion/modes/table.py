@@ -28,6 +28,7 @@ from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.mission_fence import MissionFence
 from companion.modes.parts.return_point import ReturnPoint
+from companion.modes.rate import RateMode
 from companion.modes.rtl import RtlMode
 from companion.modes.trial.mode import TrialMode
 from companion.obstacles.charted_fence import ChartedFence
@@ -61,6 +62,7 @@ class ModeRow(NamedTuple):
 ROWS: tuple[ModeRow, ...] = (  # in display order; a mode's own failsafe is more severe than those of the rows below
     ModeRow(ManualMode, lambda p: ManualMode(p.config, p.parameters)),
     ModeRow(ForcesMode, lambda p: ForcesMode(p.config, p.parameters)),
+    ModeRow(RateMode, lambda p: RateMode(p.config, p.parameters, p.events)),
     ModeRow(HeadingMode, lambda p: HeadingMode(p.config, p.parameters, p.events)),
     ModeRow(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
     ModeRow(MissionMode, lambda p: _mission(p)),

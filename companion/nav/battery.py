@@ -37,19 +37,28 @@ class BatteryGauge:
     def update(self, reading: Battery, before: Battery | None, now_s: float) -> Battery | None:
         """The newest measurement that counts: `reading`, or `before`, the one until now; None for none."""
         counted = self._counter.update(reading)
-        if not self._counts(reading.source, now_s):
-            return before if before is not None and self._counts(before.source, now_s) else None
         if counted.remaining is None:
             counted = replace(counted, remaining=self._by_voltage(counted))
+        self._packs[counted.source] = counted
+        if not self._counts(reading.source, now_s):
+            return before if before is not None and self._counts(before.source, now_s) else None
         return self._emptiest(counted, now_s)
+
+    def packs(self, now_s: float) -> tuple[Battery | None, ...]:
+        """The newest measurement of every pack, also of those that do not count: bridges first, in the vessel's order,
+        then others by name. None for one that was not heard of late. Empty where BAT1_SOURCE wants none."""
+        if self._parameters["BAT1_SOURCE"] < ANY_DEVICE:
+            return ()
+        others = sorted(name for name in self._packs if name not in self._bridges)
+        heard = [self._packs[name] for name in (*self._bridges, *others) if name in self._packs]
+        return tuple(one if now_s - one.t_s <= _PACK_AGE_S else None for one in heard)
 
     def _emptiest(self, battery: Battery, now_s: float) -> Battery:
         """Of several packs that count, the one with the least left; `battery` where its charge is not known."""
-        self._packs[battery.source] = battery
-        if battery.remaining is None or len(self._packs) == 1:
+        if battery.remaining is None:
             return battery
-        self._packs = {name: one for name, one in self._packs.items() if now_s - one.t_s <= _PACK_AGE_S}
-        known = [one for name, one in self._packs.items() if one.remaining is not None and self._counts(name, now_s)]
+        fresh = (one for one in self.packs(now_s) if one is not None and self._counts(one.source, now_s))
+        known = [one for one in fresh if one.remaining is not None]
         return min(known, key=lambda one: one.remaining or 0.0, default=battery)
 
     def _counts(self, source: str, now_s: float) -> bool:

@@ -21,7 +21,7 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.ports import Worker
-from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, braked, desired_motion
 from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
@@ -276,14 +276,8 @@ class ObstacleGuard:
         self._holding = False
         if size <= limit:
             return setpoint
-        share = limit / size
         assert isinstance(setpoint, PathSetpoint)
-        return replace(
-            setpoint,
-            surge_mps=share * setpoint.surge_mps,
-            sway_mps=share * setpoint.sway_mps,
-            surge_mps2=min(setpoint.surge_mps2, -self._parameters["PATH_ACC"] * min(1.0, limit)),
-        )
+        return braked(setpoint, limit / size, self._parameters["PATH_ACC"] * min(1.0, limit))
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
         """The same, said when it begins."""

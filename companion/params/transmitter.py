@@ -22,6 +22,7 @@ NO_MODE = -1
 SWITCH_MODES: Mapping[int, ModeId] = {
     0: ModeId.MANUAL,
     1: ModeId.FORCES,  # Altitude
+    6: ModeId.RATE,  # Acro
     8: ModeId.HEADING,  # Stabilized
     4: ModeId.HOLD,
     3: ModeId.MISSION,
@@ -62,7 +63,7 @@ class AuxFunction(IntEnum):
     SMART_RTL = 42, "SmartRTL"
     LEARN_CRUISE = 50, "Learn cruise speed"
     MANUAL = 51, "Manual"
-    ACRO = 52, "Forces (Acro)"
+    ACRO = 52, "Rate (Acro)"
     STEERING = 53, "Heading (Steering)"
     HOLD = 54, "Hold"
     GUIDED = 55, "Offboard (Guided)"
@@ -81,7 +82,7 @@ AUX_MODES: Mapping[AuxFunction, ModeId] = {
     AuxFunction.MISSION: ModeId.MISSION,
     AuxFunction.SMART_RTL: ModeId.RTL,
     AuxFunction.MANUAL: ModeId.MANUAL,
-    AuxFunction.ACRO: ModeId.FORCES,
+    AuxFunction.ACRO: ModeId.RATE,
     AuxFunction.STEERING: ModeId.HEADING,
     AuxFunction.HOLD: ModeId.HOLD,
     AuxFunction.GUIDED: ModeId.OFFBOARD,

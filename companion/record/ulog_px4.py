@@ -38,7 +38,7 @@ _ROVER, _SURFACE_BOAT = 3, 11  # VehicleStatus.VEHICLE_TYPE_ROVER; MAV_TYPE_SURF
 _NAV_STATES: Mapping[ModeId, int] = {
     ModeId.MANUAL: 0, ModeId.FORCES: 1, ModeId.HEADING: 15, ModeId.HOLD: 4, ModeId.MISSION: 3, ModeId.RTL: 5,
     ModeId.DOCK: 18, ModeId.FOLLOW: 19, ModeId.OFFBOARD: 14, ModeId.CIRCLE: 21,
-    ModeId.TRIAL: 24,
+    ModeId.TRIAL: 24, ModeId.RATE: 10,
 }  # fmt: skip
 _NO_FIX = (FixType.NONE, FixType.FIX_2D)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from companion.allocation.astern import stern_first_refusal
 from companion.core.decision import ACCEPTED, Home, MissionState, ModeId, Order, Outcome, Result, TextKind
 from companion.core.geodesy import distance_and_bearing
 from companion.mission.plan import item_number
@@ -194,6 +195,16 @@ class Requests:
         if outcome.accepted:
             self._events.say(now_s, TextKind.ROUTINE, "mission_reset", "Mission at its first item")
         return outcome
+
+    def sail_astern(self, astern: bool, now_s: float) -> Outcome:
+        """Sail the rest of the mission under way stern first, or bow first, as the boat sails everything else."""
+        parts = self.parts
+        if astern and (reason := stern_first_refusal(parts.config.thrusters)) is not None:
+            return self._refuse(Result.DENIED, f"Stern first refused: {reason}", now_s)
+        if astern and parts.executor.progress.state is not MissionState.ACTIVE:
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Stern first refused: no mission under way", now_s)
+        parts.executor.sail_astern(astern)
+        return ACCEPTED
 
     def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
         """Speed of self-steered modes until the mission changes it or the boat is disarmed; None: WP_SPEED. Capped by

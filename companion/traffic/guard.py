@@ -24,7 +24,7 @@ from companion.core.decision import ModeInputs, TextKind
 from companion.core.estimate import Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.setpoint import PathSetpoint, Setpoint, desired_motion
+from companion.core.setpoint import PathSetpoint, Setpoint, braked, desired_motion
 from companion.fence.guard import FenceGuard
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
@@ -321,13 +321,7 @@ class TrafficGuard:
                 self._limit_mps = math.inf
         if demand <= self._limit_mps:
             return setpoint
-        share = self._limit_mps / demand
-        return replace(
-            setpoint,
-            surge_mps=share * setpoint.surge_mps,
-            sway_mps=share * setpoint.sway_mps,
-            surge_mps2=min(0.0, setpoint.surge_mps2),
-        )
+        return braked(setpoint, self._limit_mps / demand)
 
     def _hold(self, setpoint: PathSetpoint, inputs: ModeInputs) -> Setpoint:
         """Hold where the boat has stopped; the target shown stays that of the mode."""

@@ -18,11 +18,11 @@ from sitl.scenarios.rig import Composer, Conditions, Rig
 from sitl.shared_sea import LeadBoatConfig
 
 PX4_MODES = {
-    "Manual": 0x00010000, "Forces": 0x00020000, "Heading": 0x00070000, "Hold": 0x03040000, "Mission": 0x04040000,
-    "RTL": 0x05040000, "Dock": 0x06040000, "Follow": 0x08040000, "Offboard": 0x00060000, "Circle": 0x01030000,
-    "Trial": 0x040C0000,
+    "Manual": 0x00010000, "Forces": 0x00020000, "Rate": 0x00050000, "Heading": 0x00070000, "Hold": 0x03040000,
+    "Mission": 0x04040000, "RTL": 0x05040000, "Dock": 0x06040000, "Follow": 0x08040000, "Offboard": 0x00060000,
+    "Circle": 0x01030000, "Trial": 0x040C0000,
 }  # fmt: skip
-BY_STICK = ("Manual", "Forces", "Heading")
+BY_STICK = ("Manual", "Forces", "Rate", "Heading")
 _GAP_M = 20.0
 _FAR_M = 2000.0
 _AWAY_S = 400.0  # of sailing home

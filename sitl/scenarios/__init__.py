@@ -32,6 +32,7 @@ from sitl.scenarios import (
     shore_compass,
     station_change,
     station_keeping,
+    stern_first,
     sway_demand,
     two_followers,
     watch_circle,
@@ -55,6 +56,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
     "Under way": (
         mission_square.SCENARIO,
         cross_current.SCENARIO,
+        stern_first.SCENARIO,
         reroute.SCENARIO,
         homecoming.SCENARIO,
         route.SCENARIO,

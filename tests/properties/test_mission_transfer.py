@@ -91,7 +91,7 @@ class Water:
         self.events = EventLog()
         self.supervisor = FakeSupervisor(self.plans)
         self.hub = FakeHub(self)
-        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=())
+        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=(), thrusters=())
         vessel: Any = SimpleNamespace(
             plans=self.plans,
             events=self.events,

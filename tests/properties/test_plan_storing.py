@@ -56,7 +56,7 @@ class Sea:
 
     def __init__(self) -> None:
         self.plans, self.medium, self.worker, self.now_s = Plans(), Medium(), SlowWorker(), 0.0
-        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=())
+        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=(), thrusters=())
         vessel: Any = SimpleNamespace(
             plans=self.plans,
             events=EventLog(),

@@ -174,7 +174,7 @@ def test_marks_fence_and_guided_limits_by_command(tmp_path: Path) -> None:
             station.say(f"long DO_FENCE_ENABLE {value} 0 0 0 0 0 0")
             station.expect(text)
         station.say("long DO_SET_REVERSE 1 0 0 0 0 0 0")
-        station.expect("Got COMMAND_ACK: DO_SET_REVERSE: UNSUPPORTED")
+        station.expect("Got COMMAND_ACK: DO_SET_REVERSE: TEMPORARILY_REJECTED")
         station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
         station.say("mode SMART_RTL")
         station.expect("Mode SMART_RTL")

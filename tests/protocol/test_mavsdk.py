@@ -163,7 +163,7 @@ def test_marks_fence_and_guided_limits(tmp_path: Path) -> None:
             (DO_JUMP_TAG, (9.0,), 2),
             (GUIDED_LIMITS, (30.0, 0.0, 0.0, 50.0), 0),
             (FENCE_ENABLE, (0.0,), 0),
-            (SET_REVERSE, (1.0,), 3),
+            (SET_REVERSE, (1.0,), 1),
         ):
             assert acknowledged(system, command, *params) == result, (command, params)
     companion.kill()

@@ -9,15 +9,17 @@ from typing import Any
 
 import pytest
 
+from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.wire import messages as mavlink
+from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk, of, rover_desk
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 ARM, SET_MODE, JUMP_TAG, GUIDED_LIMITS = 400, 176, 601, 222
 FENCE_ENABLE, SET_REVERSE, YAW, DELAY, DISTANCE = 207, 194, 115, 112, 114
 WAYPOINT, MARK, JUMP_TO_MARK = 16, 600, 601
-HOLD, SMART_RTL = 4, 12
+ACRO, HOLD, AUTO, SMART_RTL = 1, 4, 10, 12
 MISSION, FENCE = 0, 1
 FRAME = LocalFrame(63.4389, 10.3990)
 NAN = math.nan
@@ -79,14 +81,87 @@ def test_fence_items_travel_to_and_fro(desk: Desk) -> None:
     assert desk.upload([home, item(1, FENCE_ENABLE, param1=3.0)]) == mavlink.MAV_MISSION_INVALID_PARAM1
 
 
-def test_astern_is_refused_and_ahead_is_what_it_does(desk: Desk) -> None:
+def until_surge(desk: Desk, low_mps: float, high_mps: float) -> None:
+    """Sail until the boat's speed ahead is between these. The ground station stays heard."""
+
+    def there() -> bool:
+        tick = desk.vessel.last_tick
+        assert tick is not None
+        if round(desk.rig.now_s, 1) % 1.0 == 0.0:
+            desk.heartbeat()
+        return low_mps < tick.nav.surge_mps < high_mps
+
+    desk.until(f"{low_mps} to {high_mps} m/s", there)
+
+
+def test_stern_first_by_command_until_another_mode(desk: Desk) -> None:
+    assert desk.upload([item(0, WAYPOINT), item(1, WAYPOINT, (40.0, 0.0))]) == ACCEPTED
     assert desk.result(SET_REVERSE, 0.0) == ACCEPTED
-    assert desk.result(SET_REVERSE, 1.0) == UNSUPPORTED
-    assert "no path is sailed astern here" in desk.texts()
+    assert desk.result(SET_REVERSE, 1.0) == REJECTED
+    desk.tick()
+    assert "Stern first refused: no mission under way" in desk.texts()
+    assert desk.result(SET_MODE, 1.0, float(AUTO)) == ACCEPTED
+    assert desk.result(ARM, 1.0) == ACCEPTED
+    until_surge(desk, 0.2, 9.0)
+    assert desk.result(SET_REVERSE, 1.0) == ACCEPTED
+    until_surge(desk, -9.0, -0.2)
+    assert "Mission: stern first" in desk.texts()
+    assert desk.result(SET_MODE, 1.0, float(HOLD)) == ACCEPTED
+    desk.tick(3)
+    assert desk.result(SET_MODE, 1.0, float(AUTO)) == ACCEPTED
+    until_surge(desk, 0.2, 9.0)
+    for param1 in (2.0, -1.0, 0.5, NAN):
+        assert desk.result(SET_REVERSE, param1) == DENIED
+
+
+def test_stern_first_as_an_item(desk: Desk) -> None:
     home = item(0, WAYPOINT)
-    assert desk.upload([home, item(1, SET_REVERSE), item(2, WAYPOINT, (10.0, 0.0))]) == ACCEPTED
-    refused = [home, item(1, SET_REVERSE, param1=1.0), item(2, WAYPOINT, (10.0, 0.0))]
-    assert desk.upload(refused) == mavlink.MAV_MISSION_INVALID_PARAM1
+    plan = [home, item(1, SET_REVERSE, param1=1.0), item(2, WAYPOINT, (30.0, 0.0))]
+    assert desk.upload(plan) == ACCEPTED
+    (back,) = of(desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, 1, MISSION)), "MISSION_ITEM_INT")
+    assert (back.command, back.param1) == (SET_REVERSE, 1.0)
+    assert desk.result(SET_MODE, 1.0, float(AUTO)) == ACCEPTED
+    assert desk.result(ARM, 1.0) == ACCEPTED
+    until_surge(desk, -9.0, -0.3)
+    assert desk.upload([home, item(1, SET_REVERSE, param1=2.0)]) == mavlink.MAV_MISSION_INVALID_PARAM1
+
+
+def test_a_jet_refuses_to_go_astern(tmp_path: Path) -> None:
+    rig = LockstepRig(Conditions("rescuerunner", seed=3), tmp_path / "log", link="memory:desk?dialect=ardupilot")
+    jet = Desk(tmp_path, rig)
+    try:
+        jet.tick()
+        assert jet.result(SET_REVERSE, 1.0) == DENIED
+        jet.tick()
+        assert "Stern first refused: this boat has no way astern" in jet.texts()
+        plan = [item(0, WAYPOINT), item(1, SET_REVERSE, param1=1.0), item(2, WAYPOINT, (30.0, 0.0))]
+        assert jet.upload(plan) == mavlink.MAV_MISSION_INVALID_PARAM1
+        jet.tick()
+        assert any("this boat has no way astern; remove it" in text for text in jet.texts())
+    finally:
+        jet.close()
+
+
+def test_acro_is_the_mode_of_rates(desk: Desk) -> None:
+    """Sticks of a ground station: a quarter turn to starboard and half speed, then neutral without sticks."""
+
+    def stick(x: int, r: int) -> None:
+        desk.tell(mavlink.MAVLink_manual_control_message(1, x, 0, 500, r, 0))
+
+    def steer(x: int, r: int, ticks: int) -> None:
+        for _ in range(ticks):
+            stick(x, r)
+            desk.tick()
+
+    steer(0, 0, 3)
+    assert desk.result(SET_MODE, 1.0, float(ACRO)) == ACCEPTED
+    assert desk.result(ARM, 1.0) == ACCEPTED
+    steer(525, 525, 200)
+    assert desk.latest("HEARTBEAT").custom_mode == ACRO
+    tick = desk.vessel.last_tick
+    assert tick is not None
+    assert tick.nav.yaw_rate_radps == pytest.approx(0.5 * math.radians(20.0), rel=0.15)
+    assert tick.nav.surge_mps == pytest.approx(0.5 * desk.vessel.parameters["WP_SPEED"], rel=0.2)
 
 
 def held_deg(desk: Desk) -> float:

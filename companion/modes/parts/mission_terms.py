@@ -50,12 +50,13 @@ def unfenced(items: Sequence[PlanItem]) -> frozenset[int]:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A route to sail: its waypoints and their items, and the first waypoints beyond it."""
+    """A route to sail: its waypoints and their items, and the first waypoints beyond it. `astern`: stern first."""
 
     waypoints: tuple[Waypoint, ...]
     seqs: tuple[int, ...]
     beyond: tuple[Waypoint, ...]
     stop: bool
+    astern: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

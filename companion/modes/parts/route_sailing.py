@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -51,8 +52,9 @@ class RoundObstacles:
 class RouteSailing:
     """`ready(task, …)` until it is True, then `take_up`, then `update` each tick.
 
-    Remembers the route under way, how many points of it are `reported` as passed, the points added to lead it round the
-    fence, and the search for the next one.
+    Remembers the route under way, whether it is sailed `astern`, how many points of it are `reported` as passed, the
+    points added to lead it round the fence, and the search for the next one. A boat that cannot sail stern first sails
+    every route bow first.
     """
 
     def __init__(
@@ -63,7 +65,15 @@ class RouteSailing:
         self._fence = fence
         can_sway = config.limits.sway_n > 0.0
         submit = fence.submit_urgent
-        self.tracker = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility_of(config), submit)
+        agility = agility_of(config)
+        self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit)
+        self._sternward = self._ahead
+        self._astern_mps = math.inf  # the highest speed stern first
+        if stern_first_refusal(config.thrusters) is None:
+            self._astern_mps = stern_first_mps(config)
+            agility = None if agility is None else replace(agility, surge_n=astern_n(config))
+            self._sternward = ChosenPathTracker(parameters, can_sway, self._astern_mps, agility, submit, True)
+        self.astern = False
         self._search: Search[LaidRoute] = Search(submit)
         self._next: LaidRoute | None = None  # to be taken up
         self._foreseen: tuple[Sail, Onward, Key] | None = None
@@ -82,27 +92,41 @@ class RouteSailing:
         """The speed on the present leg, where the mission gives one."""
         return self.route[self.reported].speed_mps if self.reported < len(self.route) else None
 
+    @property
+    def tracker(self) -> ChosenPathTracker:
+        """What tracks the route under way."""
+        return self._tracker(self.astern)
+
+    def _tracker(self, astern: bool) -> ChosenPathTracker:
+        return self._sternward if astern else self._ahead
+
+    def speed_mps(self, inputs: ModeInputs) -> float:
+        """The speed to sail at, as far as thrust astern allows it."""
+        return min(inputs.speed_mps, self._astern_mps) if self.astern else inputs.speed_mps
+
     def drop(self) -> None:
         """Lay nothing any longer."""
         self._search.drop()
         self._next = self._foreseen = None
 
-    def terms(self, inputs: ModeInputs) -> MissionTerms:
-        """What the ways of the mission depend on now."""
-        return self._fence.terms(inputs, self.tracker.shape(inputs.nav), self.tracker.is_own)
+    def terms(self, inputs: ModeInputs, astern: bool | None = None) -> MissionTerms:
+        """What the ways of the mission depend on now. `astern`: of a route that is sailed stern first; None: as the
+        present one."""
+        tracker = self.tracker if astern is None else self._tracker(astern)
+        return self._fence.terms(inputs, tracker.shape(inputs.nav), tracker.is_own)
 
     # --- the next route --------------------------------------------------------------------------------------------
 
     def ready(self, task: Sail, before: Sail | None, inputs: ModeInputs) -> bool:
         """Whether the route can be taken up in this tick; else it is being laid. `before`: the one that the boat sails
         now."""
-        terms = self.terms(inputs)
+        terms = self.terms(inputs, task.astern)
         route = self._route_of(task, terms)
         if not route.waypoints:  # it is one sideways leg
             self._next = LaidRoute(route, unchanged(()), None, None)
             return True
         joint: Joint | None = None
-        if before is not None:
+        if before is not None and before.astern is task.astern:
             joint = self.tracker.onward() if self._goes_on(task, before) else self.tracker.from_track()
         return self._laid(self._question(route, joint or self._from_boat(inputs.nav), terms, inputs.nav))
 
@@ -120,14 +144,15 @@ class RouteSailing:
         laid, self._next = self._next, None
         if laid is None:
             raise RuntimeError("RouteSailing.take_up before it is ready")
-        goes_on = before is not None and self._goes_on(task, before)
-        self.route, self.reported = task.route, 0
+        joins = before is not None and before.astern is task.astern
+        goes_on = before is not None and joins and self._goes_on(task, before)
+        self.route, self.reported, self.astern = task.route, 0, task.astern
         self.sideways = len(laid.route.seqs) < len(task.route)
         self._rounded = laid.rounded
         route, waypoints = laid.route, laid.rounded.waypoints
         if laid.laid is not None:
             self.tracker.take(laid.laid, inputs.nav)
-        elif waypoints and before is not None:
+        elif waypoints and joins:
             go = self.tracker.go_on if goes_on else self.tracker.replace
             go(waypoints, inputs.nav, route.stop, route.beyond)
         elif waypoints:
@@ -168,7 +193,8 @@ class RouteSailing:
         points, beyond, stop = task.route, task.beyond, task.stop
         if terms.ends_sideways(points):
             points, beyond, stop = points[:-1], (), False
-        return Route(terms.waypoints(points), tuple(p.seq for p in points), terms.waypoints(beyond), stop)
+        seqs = tuple(p.seq for p in points)
+        return Route(terms.waypoints(points), seqs, terms.waypoints(beyond), stop, task.astern)
 
     @staticmethod
     def _from_boat(nav: NavState) -> FromBoat:
@@ -178,7 +204,7 @@ class RouteSailing:
 
     def update(self, inputs: ModeInputs) -> PathProgress:
         """One step along the path; `passed`: of the route's own points."""
-        progress = self.tracker.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
+        progress = self.tracker.update(inputs.nav, self.speed_mps(inputs), inputs.dt_s)
         return replace(progress, passed=self._rounded.passed(progress.passed))
 
     def refusal(self, inputs: ModeInputs) -> str | None:
@@ -190,7 +216,8 @@ class RouteSailing:
         """Lead the rest of the present route round a new fence. Returns (whether that is done, why the path is
         refused)."""
         terms, rest = self.terms(inputs), self.rest
-        route = Route(terms.waypoints(rest), tuple(p.seq for p in rest), (), task.stop and not self.sideways)
+        stop = task.stop and not self.sideways
+        route = Route(terms.waypoints(rest), tuple(p.seq for p in rest), (), stop, task.astern)
         if not route.waypoints:
             return True, None
         if not self._laid(self._question(route, self._from_boat(inputs.nav), terms, inputs.nav)):

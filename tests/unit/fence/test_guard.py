@@ -14,7 +14,8 @@ from scipy.interpolate import PchipInterpolator
 from shapely.geometry import LineString, Point, Polygon
 
 from companion.core.decision import MissionState, ModeId, Result
-from companion.core.setpoint import NeutralSetpoint, ThrusterSetpoint
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, ThrusterSetpoint
+from companion.guidance.stern_first import turned
 from companion.mission.plan import PlanItem, PlanKind
 from tests.unit.conftest import Boat
 
@@ -463,6 +464,19 @@ def test_along_a_path_the_speed_falls_ahead_of_the_line(boat: Boat) -> None:
     assert 47.0 < boat.nav.north_m < 50.0
     assert boat.status.fence is not None and boat.status.fence.slowed and not boat.status.fence.breached
     assert "Fence ahead: slowing down" in boat.texts()
+
+
+def test_stern_first_the_boat_brakes_ahead_of_the_line_as_bow_first(boat: Boat) -> None:
+    fence(boat)
+    armed_in(boat, ModeId.HOLD)
+    at(boat, 45.0, 0.0, north_mps=1.0)
+    guard, mode, bow_first = boat.fence_guard, boat.helm.mode, boat.nav
+    limited = guard.limited(PathSetpoint(0.0, 1.0, surge_mps2=0.1), mode, bow_first, 1.0, boat.now_s)
+    assert isinstance(limited, PathSetpoint) and limited.surge_mps < 0.9 and limited.surge_mps2 < 0.0
+    asked = PathSetpoint(math.pi, -1.0, surge_mps2=-0.1)
+    astern = guard.limited(asked, mode, turned(bow_first), 1.0, boat.now_s)
+    assert isinstance(astern, PathSetpoint)
+    assert (astern.surge_mps, astern.surge_mps2) == pytest.approx((-limited.surge_mps, -limited.surge_mps2))
 
 
 @pytest.mark.parametrize("law", [0, 1])

@@ -29,7 +29,7 @@ def test_persona_numbers_are_unique() -> None:
 
 def test_only_manual_passes_the_allocation_by_and_needs_nothing() -> None:
     assert [d.id for d in DECLARATIONS.values() if not d.allocates] == [ModeId.MANUAL]
-    assert [d.id for d in DECLARATIONS.values() if not d.needs] == [ModeId.MANUAL, ModeId.FORCES]
+    assert [d.id for d in DECLARATIONS.values() if not d.needs] == [ModeId.MANUAL, ModeId.FORCES, ModeId.RATE]
     assert all({Need.POSITION, Need.HEADING} <= d.needs for d in DECLARATIONS.values() if not d.by_stick)
 
 
@@ -72,6 +72,7 @@ def test_declared_failsafes_name_parameters() -> None:
     [
         (ModeId.MANUAL, 64),
         (ModeId.FORCES, 64),
+        (ModeId.RATE, 64),
         (ModeId.HEADING, 64 | 16),
         (ModeId.HOLD, 16 | 8),
         (ModeId.OFFBOARD, 16 | 8),

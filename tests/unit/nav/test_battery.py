@@ -91,3 +91,17 @@ def test_a_pack_that_does_not_count_is_not_the_emptiest() -> None:
     bench.parameters.set("BAT1_SOURCE", 1)
     last = bench.hear("fore", 12.0, 0.9)
     assert last is not None and last.source == "fore"
+
+
+def test_every_pack_is_told_in_the_order_of_the_bridges() -> None:
+    bench = Bench(BAT1_SOURCE=1)
+    for name, volts in (("house", 12.0), ("aft", 24.0), ("fore", 25.0)):
+        bench.hear(name, volts)
+    packs = bench.gauge.packs(bench.t_s)
+    assert [pack.source for pack in packs if pack is not None] == ["fore", "aft", "house"], "also what does not count"
+    bench.t_s += 9.0
+    bench.hear("fore", 25.0)
+    late = bench.gauge.packs(bench.t_s)
+    assert [None if pack is None else pack.source for pack in late] == ["fore", None, None]
+    bench.parameters.set("BAT1_SOURCE", -1)
+    assert bench.gauge.packs(bench.t_s) == ()

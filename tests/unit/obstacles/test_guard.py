@@ -92,13 +92,17 @@ def test_the_speed_is_at_most_the_one_from_which_it_stops_in_time(
     assert got.surge_mps <= speed_mps
 
 
-def test_a_boat_that_obeys_comes_to_rest_short_of_it() -> None:
-    """The speed follows its setpoint as the speed loop does, with its feed-forward."""
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_boat_that_obeys_comes_to_rest_short_of_it(way: float) -> None:
+    """The speed follows its setpoint as the speed loop does, with its feed-forward. Stern first (`way` −1) too."""
     bridge, place, speed = Bridge((30.0, 0.0, 1.0)), 0.0, 1.0
+    yaw_rad = 0.0 if way > 0.0 else math.pi
     for _ in range(1200):
-        got = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), Sailing(), 0.1, north_m=place, **motion(speed, 0.0))
+        nav = {"north_m": place, "north_mps": speed, "yaw_rad": yaw_rad, "surge_mps": way * speed}
+        got = bridge.steer(PathSetpoint(yaw_rad, surge_mps=way), Sailing(), 0.1, **nav)
         assert isinstance(got, PathSetpoint)
-        speed += 0.1 * (bridge.parameters["PATH_BW_SURGE"] * (got.surge_mps - speed) + got.surge_mps2)
+        ahead_mps, gain_mps2 = way * got.surge_mps, way * got.surge_mps2
+        speed += 0.1 * (bridge.parameters["PATH_BW_SURGE"] * (ahead_mps - speed) + gain_mps2)
         place += 0.1 * speed
     assert speed < 0.03
     assert 30.0 - 1.0 - STOP_M - 1.0 < place < 30.0 - 1.0 - STOP_M + 0.15

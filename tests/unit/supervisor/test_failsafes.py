@@ -166,7 +166,7 @@ def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
     assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
 
 
-@pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.HEADING])
+@pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.RATE, ModeId.HEADING])
 def test_sticks_lost_gives_no_thrust_whatever_the_action(make_boat: Callable[..., Boat], mode: ModeId) -> None:
     for action in (FailsafeAction.IGNORE, FailsafeAction.NEUTRAL):
         boat = make_boat(NAV_RCL_ACT=action)

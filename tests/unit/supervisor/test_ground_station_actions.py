@@ -21,11 +21,13 @@ def test_starts_disarmed_in_manual(boat: Boat) -> None:
 
 def test_modes_stand_in_display_order(boat: Boat) -> None:
     assert [mode.id.value for mode in boat.supervisor.modes] == [
-        "Manual", "Forces", "Heading", "Hold", "Mission", "RTL", "Dock", "Circle", "Trial", "Follow", "Offboard",
+        "Manual", "Forces", "Rate", "Heading", "Hold", "Mission", "RTL", "Dock", "Circle", "Trial", "Follow",
+        "Offboard",
     ]  # fmt: skip
     assert [mode.id.value for mode in boat.supervisor.modes if mode.declaration.by_stick] == [
         "Manual",
         "Forces",
+        "Rate",
         "Heading",
     ]
     assert all(mode.declaration.selectable and mode.text for mode in boat.supervisor.modes)

@@ -1,20 +1,18 @@
-"""MAV_CMD_DO_SET_REVERSE (194): this boat follows its path bow first."""
+"""MAV_CMD_DO_SET_REVERSE (194): the mission's legs stern first."""
 
 from __future__ import annotations
 
-from companion.core.decision import Outcome, Result
-from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest, denied
+from companion.core.decision import Outcome
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.supervisor.supervisor import Supervisor
 
 
 def do_set_reverse(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
-    """Sail ahead, as always; astern is not supported.
+    """Sail the rest of the mission stern first, or bow first, until an item or another mode changes that.
 
-    param1: 0 ahead. 1, astern, is answered with UNSUPPORTED: path tracking and the hull model know motion ahead only.
+    param1: 1 stern first, while a mission is under way; 0 bow first.
     """
     match request.whole(1):
-        case 0:
-            return DONE
-        case 1:
-            return Answer(Outcome(Result.UNSUPPORTED, "no path is sailed astern here"))
+        case 0 | 1 as astern:
+            return supervisor.sail_astern(bool(astern), request.now_s)
     return denied("param 1 of reverse should be 0 or 1")

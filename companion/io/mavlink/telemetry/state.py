@@ -8,7 +8,7 @@ from typing import Any
 
 from companion.core.actuation import ThrusterCondition
 from companion.core.decision import MissionState, ModeId
-from companion.core.readings import FixType
+from companion.core.readings import Battery, FixType
 from companion.io.mavlink.telemetry.view import (
     UINT8_UNKNOWN,
     UINT16_UNKNOWN,
@@ -174,10 +174,13 @@ def fence_status(view: View, persona: Persona) -> Any:
 
 
 def battery_status(view: View, persona: Persona) -> Any:
-    """BATTERY_STATUS; None while no battery is measured."""
-    battery = None if view.tick is None else view.tick.inputs.battery
-    if battery is None:
-        return None
+    """BATTERY_STATUS of each pack, numbered from 0; None while none is measured."""
+    packs = () if view.tick is None else view.tick.inputs.batteries
+    return tuple(_pack_status(number, pack, view) for number, pack in enumerate(packs) if pack is not None) or None
+
+
+def _pack_status(number: int, battery: Battery, view: View) -> Any:
+    """BATTERY_STATUS of one pack."""
     cells = [UINT16_UNKNOWN] * 10
     # the whole pack as one "cell", as more cells where the field would overflow
     rest = fitted(battery.voltage_v, 1000.0, 0, 10 * _CELL_MOST_MV, 0)
@@ -197,7 +200,7 @@ def battery_status(view: View, persona: Persona) -> Any:
             state = mavlink.MAV_BATTERY_CHARGE_STATE_LOW
     current = fitted(battery.current_a, 100.0, -1, 0x7FFF, -1)
     return mavlink.MAVLink_battery_status_message(
-        0,
+        number,
         mavlink.MAV_BATTERY_FUNCTION_ALL,
         0,
         0x7FFF,

@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 
+from companion.allocation.astern import stern_first_refusal
 from companion.core.storing import Ticket
 from companion.guidance.orbit import least_radius_m
 from companion.loop import Vessel
@@ -108,10 +109,11 @@ class PlanStore:
         least_m, takes_off = least_radius_m(parameters, config.length_m), bool(parameters["COM_TAKEOFF_OK"])
         home = self._vessel.supervisor.status(now_s).home
         at = None if home is None else (home.lat_deg, home.lon_deg)
+        no_astern = stern_first_refusal(config.thrusters)
         prepare = self._vessel.plans.prepared(kind, items)
 
         def judge() -> _Judgement:
-            refusal = check_plan(kind, items, servos, relays, least_m, takes_off, at) if items else None
+            refusal = check_plan(kind, items, servos, relays, least_m, takes_off, at, no_astern) if items else None
             try:
                 return _Judgement(refusal) if refusal is not None else _Judgement(None, plan_id(items), prepare())
             except PlanRefused as refused:

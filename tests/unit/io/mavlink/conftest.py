@@ -85,7 +85,7 @@ class Desk:
         self.plans, self.events, self.parameters = Plans(), EventLog(), Parameters()
         self.supervisor = DeskSupervisor(self.plans)
         self.limits = SimpleNamespace(sway_n=20.0)
-        config = SimpleNamespace(limits=self.limits, servos=(), relays=(), length_m=3.0)
+        config = SimpleNamespace(limits=self.limits, servos=(), relays=(), length_m=3.0, thrusters=())
         self.vessel: Any = SimpleNamespace(
             plans=self.plans,
             events=self.events,

@@ -462,7 +462,7 @@ def test_available_modes_all_at_once(rig: Rig, index: float) -> None:
     assert [mode.mode_index for mode in modes] == list(range(1, len(ModeId) + 1))
 
 
-@pytest.mark.parametrize("index", [12.0, 255.0, -1.0, 1.5, math.inf])
+@pytest.mark.parametrize("index", [len(ModeId) + 1.0, 255.0, -1.0, 1.5, math.inf])
 def test_available_modes_out_of_range(rig: Rig, index: float) -> None:
     (answer, *more) = rig.command(512, 435.0, index)
     assert answer.result == DENIED

@@ -258,8 +258,16 @@ def test_fence_status(rig: Rig) -> None:
     )
 
 
+def test_each_pack_has_a_number_and_a_silent_one_leaves_its_own_free(rig: Rig) -> None:
+    fore, house = Battery(0.1, "fore", 24.0, None, 0.5), Battery(0.1, "house", 12.0, 1.0, 0.9)
+    rig.run(2.0, inputs=Inputs(battery=fore, batteries=(fore, None, house)))
+    heard = [message for message in rig.desk.hear() if message.get_type() == "BATTERY_STATUS"]
+    assert {(one.id, one.voltages[0], one.battery_remaining) for one in heard} == {(0, 24000, 50), (2, 12000, 90)}
+
+
 def test_battery(rig: Rig) -> None:
-    rig.run(2.0, inputs=Inputs(battery=Battery(0.1, "b", 80.0, 12.5, 0.2)))
+    pack = Battery(0.1, "b", 80.0, 12.5, 0.2)
+    rig.run(2.0, inputs=Inputs(battery=pack, batteries=(pack,)))
     heard = {message.get_type(): message for message in rig.desk.hear()}
     battery, status = heard["BATTERY_STATUS"], heard["SYS_STATUS"]
     assert sum(cell for cell in battery.voltages if cell != 65535) == 80000
@@ -267,7 +275,8 @@ def test_battery(rig: Rig) -> None:
     assert list(battery.voltages_ext) == [0, 0, 0, 0]
     assert (status.current_battery, status.battery_remaining) == (1250, 20)
     assert not status.onboard_control_sensors_health & BATTERY_BIT
-    rig.run(2.0, inputs=Inputs(battery=Battery(0.1, "b", 24.0, None, None)))
+    pack = Battery(0.1, "b", 24.0, None, None)
+    rig.run(2.0, inputs=Inputs(battery=pack, batteries=(pack,)))
     heard = {message.get_type(): message for message in rig.desk.hear()}
     assert (
         heard["BATTERY_STATUS"].current_battery,

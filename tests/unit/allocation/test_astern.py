@@ -1,0 +1,36 @@
+"""Which boats sail stern first, and how fast."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import find, load
+from tests.unit.rudder_boat import SKIFF
+
+REVOLT, OTTER, JET = (load(find(name)) for name in ("revolt", "otter", "rescuerunner"))
+
+
+def test_who_can() -> None:
+    assert stern_first_refusal(REVOLT.thrusters) is None and stern_first_refusal(OTTER.thrusters) is None
+    assert stern_first_refusal(JET.thrusters) == "this boat has no way astern"
+    assert stern_first_refusal(SKIFF.thrusters) == "this boat does not steer astern"
+    ahead_only = tuple(replace(thruster, min_n=0.0) for thruster in OTTER.thrusters)
+    assert stern_first_refusal(ahead_only) == "this boat has no way astern"
+    assert stern_first_refusal(()) == "this boat has no way astern"
+
+
+def test_thrust_astern() -> None:
+    assert astern_n(REVOLT) == pytest.approx(50.0), "pods turn round; the tunnel gives none"
+    assert astern_n(OTTER) == pytest.approx(2.0 * 66.7), "propellers reverse, with less thrust"
+    backwards = tuple(replace(thruster, azimuth_rad=3.141592653589793) for thruster in OTTER.thrusters)
+    assert astern_n(replace(OTTER, thrusters=backwards)) == pytest.approx(OTTER.limits.surge_n)
+
+
+def test_a_boat_with_less_thrust_astern_is_slower() -> None:
+    ahead, astern = top_speed_mps(OTTER), stern_first_mps(OTTER)
+    assert 0.4 * ahead < astern < 0.8 * ahead
+    assert OTTER.hull.drag_n(astern) < astern_n(OTTER)
