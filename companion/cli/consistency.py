@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -95,7 +96,9 @@ def _works(arguments: argparse.Namespace, case: str) -> list[_Work]:
 
 def _sailed(works: Sequence[_Work], out: Path, jobs: int) -> list[Run]:
     """The runs, from their files where these are of this commit."""
-    with ProcessPoolExecutor(jobs) as pool:
+    if jobs == 1:
+        return [_run(work, out) for work in works]
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
         return list(pool.map(_run, works, (out for _ in works)))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
-from sitl.evaluate.normalised import Verdict, judge_bias, judge_squares, normalised_square
+from sitl.evaluate.normalised import Array, Verdict, judge_bias, judge_squares, normalised_squares
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import square
 from sitl.scenarios.rig import Composer, Conditions, Rig
@@ -46,7 +46,7 @@ class Case:
     instants_s: tuple[float, ...]
 
 
-_APART_S = (60.0, 120.0, 180.0, 240.0, 300.0, 360.0)  # by more than slow errors last
+_APART_S = (60.0, 120.0, 180.0, 240.0)  # by more than slow errors last
 CASES: Mapping[str, Case] = {
     "hold": Case(False, (), _APART_S),
     "mission": Case(True, (), _APART_S),
@@ -165,32 +165,24 @@ def _sample(rig: Rig, looked: Believed | None) -> Sample:
 def verdicts(runs: Sequence[Run]) -> dict[str, dict[str, Verdict]]:
     """Of runs of one case: the kinds of figures, each by its parts."""
     samples = [run.samples for run in runs]
+    errors = np.array([[sample.errors for sample in run] for run in samples])
+    covariances = np.array([[sample.covariance for sample in run] for run in samples])
+    sigmas = np.sqrt(np.diagonal(covariances, axis1=2, axis2=3))
+    alone = errors / sigmas
     return {
-        "NEES": {name: judge_squares(_squares(samples, part), len(part)) for name, part in PARTS.items()},
-        "NVS": {name: judge_squares(_squares(samples, (i,)), 1) for i, name in enumerate(VARIABLES)},
-        "bias": {name: judge_bias(_normalised(samples, i)) for i, name in enumerate(VARIABLES)},
+        "NEES": {name: judge_squares(_squares(errors, covariances, part), len(part)) for name, part in PARTS.items()},
+        "NVS": {name: judge_squares(alone[:, :, i] ** 2, 1) for i, name in enumerate(VARIABLES)},
+        "bias": {name: judge_bias(alone[:, :, i]) for i, name in enumerate(VARIABLES)},
         "NIS": dict(_innovations(samples)),
     }
 
 
-_Samples = Sequence[Sequence[Sample]]
+def _squares(errors: Array, covariances: Array, part: Sequence[int]) -> Array:
+    rows = np.ix_(range(errors.shape[0]), range(errors.shape[1]), part, part)
+    return normalised_squares(errors[:, :, part], covariances[rows])
 
 
-def _squares(runs: _Samples, part: tuple[int, ...]) -> list[list[float]]:
-    return [
-        [
-            normalised_square([sample.errors[i] for i in part], np.asarray(sample.covariance)[np.ix_(part, part)])
-            for sample in run
-        ]
-        for run in runs
-    ]
-
-
-def _normalised(runs: _Samples, i: int) -> list[list[float]]:
-    return [[sample.errors[i] / math.sqrt(sample.covariance[i][i]) for sample in run] for run in runs]
-
-
-def _innovations(runs: _Samples) -> Iterator[tuple[str, Verdict]]:
+def _innovations(runs: Sequence[Sequence[Sample]]) -> Iterator[tuple[str, Verdict]]:
     """By sense, at the instants at which every run has a fresh one."""
     for sense, freedom in SENSES.items():
         heard = [i for i in range(len(runs[0])) if all(sense in run[i].innovations for run in runs)]

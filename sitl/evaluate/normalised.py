@@ -56,10 +56,11 @@ class Verdict:
         return "over-confident" if self.mean > 1.0 else "cautious"
 
 
-def normalised_square(error: Sequence[float] | Array, covariance: Sequence[Sequence[float]] | Array) -> float:
-    """eᵀ P⁻¹ e / n of an error of n parts."""
-    e = np.asarray(error, dtype=float)
-    return float(e @ np.linalg.solve(np.asarray(covariance, dtype=float), e)) / e.size
+def normalised_squares(errors: Array, covariances: Array) -> Array:
+    """eᵀ P⁻¹ e / n of errors (…, n) with covariances (…, n, n)."""
+    weighed = np.linalg.solve(covariances, errors[..., None])[..., 0]
+    squares: Array = (errors * weighed).sum(axis=-1) / errors.shape[-1]
+    return squares
 
 
 def square_band(freedom: int, runs: int) -> tuple[float, float]:
@@ -69,20 +70,20 @@ def square_band(freedom: int, runs: int) -> tuple[float, float]:
     return low, high
 
 
-def judge_squares(squares: Sequence[Sequence[float]], freedom: int) -> Verdict:
+def judge_squares(squares: Sequence[Sequence[float]] | Array, freedom: int) -> Verdict:
     """Normalised squares divided by `freedom`, a row a run and a column an instant. Raises ValueError for less than two
     runs."""
     return _judged(squares, square_band(freedom, len(squares)))
 
 
-def judge_bias(normalised: Sequence[Sequence[float]]) -> Verdict:
+def judge_bias(normalised: Sequence[Sequence[float]] | Array) -> Verdict:
     """Errors divided by their sigma, a row a run and a column an instant: their means should be 0. Raises ValueError
     for less than two runs."""
     reach = float(norm.ppf((1.0 + SHARE) / 2.0)) / math.sqrt(max(len(normalised), 1))
     return _judged(normalised, (-reach, reach))
 
 
-def _judged(rows: Sequence[Sequence[float]], band: tuple[float, float]) -> Verdict:
+def _judged(rows: Sequence[Sequence[float]] | Array, band: tuple[float, float]) -> Verdict:
     table = np.asarray(rows, dtype=float)
     runs, instants = table.shape
     if runs < 2:
