@@ -18,8 +18,7 @@ over-confident, less where it is cautious.
 
 A cell gives the mean over seeds and instants, and how many instants are in the two-sided 95 % band, chi-square with so
 many degrees of freedom as seeds times numbers. Where more are outside than chance explains, the cell says which way.
-Hold and mission are judged every 60 s, about as long as slow errors last; the instants of the others are not
-independent of each other."""
+Slow errors last 30 to 120 s here, so the instants are not independent of each other; the seeds are."""
 
 _MEANINGS = {
     "hold": "Hold",

@@ -46,7 +46,7 @@ class Case:
     instants_s: tuple[float, ...]
 
 
-_APART_S = (60.0, 120.0, 180.0)  # by as much as slow errors last
+_APART_S = (40.0, 70.0, 100.0)
 CASES: Mapping[str, Case] = {
     "hold": Case(False, (), _APART_S),
     "mission": Case(True, (), _APART_S),
