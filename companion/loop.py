@@ -68,6 +68,7 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.nav.battery import BatteryGauge
 from companion.nav.estimator import Estimator
+from companion.nav.inertial import InertialSolution
 from companion.params.store import Parameters
 from companion.safety import Gate
 from companion.supervisor.beacon import beacon
@@ -170,6 +171,11 @@ class Vessel:
     def sources(self) -> Mapping[str, str | None]:
         """The sensor in use for each kind of reading, as the estimator chooses; None before the first."""
         return self._blocks.estimator.sources
+
+    @property
+    def inertial(self) -> InertialSolution | None:
+        """The solution that the inertial sensor carries; None before its first reading."""
+        return self._blocks.estimator.inertial
 
     def attach(self, stations: GroundStationPort) -> None:
         """Set the ground stations. They need the vessel, so they are made after it."""

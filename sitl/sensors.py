@@ -45,7 +45,7 @@ GRADES = {
     ),  # cameras in a towing tank that print the same sentences
     "float": FLOAT,
 }
-_HEADING_TAU_S = 30.0
+HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
 _COMMON_TAU_S = 300.0  # orbits, clocks, ionosphere, troposphere
 _MULTIPATH_TAU_S = 60.0  # what is left to each receiver under way
@@ -135,7 +135,7 @@ class GnssModel:
             for g in GRADES.values()
             for draws in (Normals(stream(seed, f"{config.name} float")) if g is FLOAT else rng,)
         }
-        self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, _HEADING_TAU_S)
+        self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, HEADING_TAU_S)
         self._samples = 0
 
     def antenna(self, hull: Hull, waves: Waves) -> tuple[float, float]:
@@ -233,11 +233,11 @@ class CompassModel:
 
 
 # An MTi-710 class sensor at 100 Hz: noise densities 60 µg/√Hz and 0.01 °/s/√Hz over 50 Hz; biases left by calibration.
-_ACCEL_WHITE_MPS2 = 0.0045
-_ACCEL_BIAS_MPS2 = 0.02
-_GYRO_WHITE_RADPS = math.radians(0.07)
-_GYRO_BIAS_RADPS = math.radians(0.03)
-_BIAS_TAU_S = 1800.0
+ACCEL_WHITE_MPS2 = 0.0045
+ACCEL_BIAS_MPS2 = 0.02
+GYRO_WHITE_RADPS = math.radians(0.07)
+GYRO_BIAS_RADPS = math.radians(0.03)
+BIAS_TAU_S = 1800.0
 _TILT_RAD = math.radians(0.2)
 _TILT_TAU_S = 60.0
 _YAW_RAD = math.radians(1.0)
@@ -310,7 +310,7 @@ class ImuModel:
         self._samples = 0
         self._normals = Normals(stream(seed, f"{config.name} white"))
         rng = Normals(stream(seed, f"{config.name} biases"))
-        biases = [(_ACCEL_BIAS_MPS2, _BIAS_TAU_S)] * 3 + [(_GYRO_BIAS_RADPS, _BIAS_TAU_S)] * 3
+        biases = [(ACCEL_BIAS_MPS2, BIAS_TAU_S)] * 3 + [(GYRO_BIAS_RADPS, BIAS_TAU_S)] * 3
         attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(_YAW_RAD, _YAW_TAU_S)]
         self._slow = [GaussMarkov(rng, sigma, tau_s) for sigma, tau_s in biases + attitude]
         self._errors = tuple(process.value for process in self._slow)
@@ -333,12 +333,12 @@ class ImuModel:
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
         normals = self._normals
         sample = (
-            x + ex + _ACCEL_WHITE_MPS2 * normals.next(),
-            y + ey + _ACCEL_WHITE_MPS2 * normals.next(),
-            z + ez + _ACCEL_WHITE_MPS2 * normals.next(),
-            p + ep + _GYRO_WHITE_RADPS * normals.next(),
-            q + eq + _GYRO_WHITE_RADPS * normals.next(),
-            r + er + _GYRO_WHITE_RADPS * normals.next(),
+            x + ex + ACCEL_WHITE_MPS2 * normals.next(),
+            y + ey + ACCEL_WHITE_MPS2 * normals.next(),
+            z + ez + ACCEL_WHITE_MPS2 * normals.next(),
+            p + ep + GYRO_WHITE_RADPS * normals.next(),
+            q + eq + GYRO_WHITE_RADPS * normals.next(),
+            r + er + GYRO_WHITE_RADPS * normals.next(),
             waves.roll_rad + e_roll,
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.app import load_vessel
-from companion.cli import beside
+from companion.cli import beside, consistency
 from companion.cli.common import UsageError
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
@@ -35,6 +35,7 @@ def add_to(commands: Any) -> None:
     sailed.add_argument("--plan", type=Path, required=True, metavar="FILE", help="its waypoints, in any plan format")
     sailed.add_argument("--radius", type=float, default=5.0, metavar="M", help="within which a waypoint is reached")
     beside.add_to(tasks)
+    consistency.add_to(tasks)
     for task in (held, sailed):
         task.add_argument("vessel", metavar="VESSEL")
         task.add_argument("runs", nargs="+", metavar="LABEL=DIR", help="the first is ours, as ours=logs/a")

@@ -197,6 +197,20 @@ class ThrusterConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class FixErrors:
+    """Errors of one kind of fix of a receiver, one sigma on each axis."""
+
+    __pydantic_config__ = STRICT
+    noise_m: Annotated[Positive | None, means("As `position_noise_m`, of this kind of fix.")] = None
+    wander_m: Annotated[NonNegative | None, means("As `position_wander_m`, of this kind of fix.")] = None
+    wander_s: Annotated[Positive | None, means("As `position_wander_s`, of this kind of fix.")] = None
+    velocity_mps: Annotated[
+        Positive | None,
+        means("Error of velocity with this kind of fix. Left out: 0.3 of `velocity_accuracy_mps`."),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
 class SensorConfig:
     """One sensor: its driver (a row of the table of sensor drivers), its port, where it sits in body axes, and how good
     it is.
@@ -308,24 +322,26 @@ class SensorConfig:
     position_wander_m: Annotated[
         NonNegative | None,
         means(
-            "Slow error of position that averaging does not remove. Left out: 8 mm of a fixed solution with carrier "
-            "phase, else 0.7 of the accuracy."
+            "Slow error of a plain fix that averaging does not remove. Left out: 0.7 of the accuracy. Fixes with "
+            "carrier phase have their own in `rtk_float` and `rtk_fixed`; left out: 0.7 of the accuracy of a float "
+            "solution, 8 mm of a fixed one."
         ),
     ] = None
     position_wander_s: Annotated[
         Positive | None,
         means(
-            "Time after which the slow error of position is another one. Left out: 100 s with carrier phase, else 300 "
-            "s."
+            "Time after which the slow error of a plain fix is another one. Left out: 300 s; with carrier phase 100 s."
         ),
     ] = None
     position_noise_m: Annotated[
         Positive | None,
         means(
-            "Error of position from fix to fix. Left out: the accuracy of a fixed solution with carrier phase, else "
-            "0.3 of the accuracy."
+            "Error of a plain position from fix to fix. Left out: 0.3 of the accuracy; of a fixed solution with "
+            "carrier phase the accuracy."
         ),
     ] = None
+    rtk_float: Annotated[FixErrors | None, means("Errors of a float solution with carrier phase.")] = None
+    rtk_fixed: Annotated[FixErrors | None, means("Errors of a fixed solution with carrier phase.")] = None
     velocity_accuracy_mps: Annotated[
         Positive,
         means(
@@ -372,6 +388,23 @@ class SensorConfig:
         FROM_DEGREES,
         means("Noise density of the gyros, one sigma."),
     ] = 2.0e-4
+    accelerometer_bias_mps2: Annotated[
+        Positive | None,
+        means(
+            "Bias of the accelerometers, one sigma of a sensor of this kind. Left out: 0.05 at switch-on, and 0.01 of "
+            "wander."
+        ),
+    ] = None
+    gyro_bias_radps: Annotated[
+        float | None,
+        Field(alias="gyro_bias_dps", gt=0.0),
+        FROM_DEGREES_OR_NONE,
+        means("Bias of the gyros, one sigma of a sensor of this kind. Left out: 0.2 at switch-on, and 0.03 of wander."),
+    ] = None
+    bias_s: Annotated[
+        Positive | None,
+        means("Time after which the biases are others. Left out: 600 s of the accelerometers, 1000 s of the gyros."),
+    ] = None
     others: Others = ()
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from companion.config.devices import SensorConfig
+from companion.config.devices import FixErrors, SensorConfig
 from companion.core.readings import FixType, GnssFix, GroundVelocity
 from companion.nav.error_state import FilterNoise
 from companion.nav.measured_off import Wander
@@ -21,6 +22,7 @@ _VELOCITY_SHARES: Mapping[FixType, float] = {  # of the velocity error of a plai
     FixType.RTK_FLOAT: 0.3,
     FixType.RTK_FIXED: 0.3,
 }
+_NOTHING_TOLD = FixErrors()
 
 
 class SensorAccuracies:
@@ -33,6 +35,9 @@ class SensorAccuracies:
 
     def __init__(self, sensors: Sequence[SensorConfig]) -> None:
         self._sensors = {row.name: row for row in sensors}
+        self._plain = {
+            row.name: FixErrors(row.position_noise_m, row.position_wander_m, row.position_wander_s) for row in sensors
+        }
 
     def position_m(self, fix: GnssFix) -> float:
         """As the receiver claims, m."""
@@ -45,26 +50,25 @@ class SensorAccuracies:
 
     def noise_m(self, fix: GnssFix, sigma_m: float) -> float:
         """Of the noise of a fix of `sigma_m`, which averaging removes, m."""
-        row = self._sensors.get(fix.source)
-        if row is not None and row.position_noise_m is not None:
-            return row.position_noise_m
+        row, told_m = self._sensors.get(fix.source), self._told(fix.source, fix.fix).noise_m
+        if told_m is not None:
+            return told_m
         if fix.fix is FixType.RTK_FIXED:
             return sigma_m
         return max(_NOISE_SHARE * sigma_m, row.accuracy_floor_m if row is not None else 0.0)
 
     def slow_m(self, fix: GnssFix, sigma_m: float) -> float:
         """Of the receiver's slow error, m."""
-        row = self._sensors.get(fix.source)
-        if row is not None and row.position_wander_m is not None:
-            return row.position_wander_m
+        told_m = self._told(fix.source, fix.fix).wander_m
+        if told_m is not None:
+            return told_m
         return _CARRIER_WANDER_M if fix.fix is FixType.RTK_FIXED else _WANDER_SHARE * sigma_m
 
     def wander(self, fix: GnssFix, slow_m: float) -> Wander:
         """The slow error of that size, with its time constant."""
-        row = self._sensors.get(fix.source)
-        time_s = None if row is None else row.position_wander_s
+        told_s = self._told(fix.source, fix.fix).wander_s
         default_s = _CARRIER_WANDER_S if fix.fix >= FixType.RTK_FLOAT else _WANDER_S
-        return Wander(slow_m, default_s if time_s is None else time_s)
+        return Wander(slow_m, default_s if told_s is None else told_s)
 
     def walk_mps_rthz(self, velocity: GroundVelocity, fix: FixType | None, sigma_mps: float) -> float:
         """The random walk of a position that measured velocities of `sigma_mps` carry on, beside that of their noise.
@@ -78,6 +82,9 @@ class SensorAccuracies:
     def velocity_mps(self, velocity: GroundVelocity, fix: FixType | None) -> float:
         """Of a velocity, m/s. `fix`: of its receiver; None: none came yet."""
         row = self._sensors.get(velocity.source)
+        told_mps = None if fix is None else self._told(velocity.source, fix).velocity_mps
+        if told_mps is not None:
+            return told_mps
         sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_MPS
         return sigma_mps if fix is None else sigma_mps * _VELOCITY_SHARES.get(fix, 1.0)
 
@@ -86,4 +93,20 @@ class SensorAccuracies:
         row = self._sensors.get(source)
         if row is None:
             return FilterNoise()
-        return FilterNoise(row.accelerometer_noise_mps2_rthz, row.gyro_noise_radps_rthz)
+        noise = FilterNoise(row.accelerometer_noise_mps2_rthz, row.gyro_noise_radps_rthz)
+        if (told_mps2 := row.accelerometer_bias_mps2) is not None:
+            noise = replace(noise, accelerometer_switch_on_mps2=told_mps2, accelerometer_bias_mps2=told_mps2)
+        if (told_radps := row.gyro_bias_radps) is not None:
+            noise = replace(noise, gyro_switch_on_radps=told_radps, gyro_bias_radps=told_radps)
+        if row.bias_s is not None:
+            noise = replace(noise, accelerometer_bias_time_s=row.bias_s, gyro_bias_time_s=row.bias_s)
+        return noise
+
+    def _told(self, source: str, fix: FixType) -> FixErrors:
+        """What the file tells of that kind of fix. What it tells of plain fixes says nothing of fixes with carrier
+        phase, nor the other way round."""
+        if fix < FixType.RTK_FLOAT:
+            return self._plain.get(source, _NOTHING_TOLD)
+        row = self._sensors.get(source)
+        told = None if row is None else row.rtk_fixed if fix is FixType.RTK_FIXED else row.rtk_float
+        return told or _NOTHING_TOLD

@@ -188,6 +188,11 @@ class InertialSolution:
             filter_.measured_sigma_m(),
         )
 
+    @property
+    def lever_m(self) -> Vector:
+        """The sensor's place from the boat's origin, in body axes."""
+        return self._imu_lever_m
+
     def offset(self, lever_m: Vector) -> Offset:
         """As `Solution.offset`."""
         filter_ = self.filter

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from docs.generate.consistency import consistency
 from docs.generate.markdown import code, number, page, section, table
 from docs.generate.source import ROOT
 
@@ -26,7 +27,7 @@ Errors come from the plant's own record, not from the estimate. A simulation is 
 def results(folder: Path = FOLDER) -> str:
     """The page."""
     files = sorted(file for file in folder.glob("*.json") if file.stem not in _OWN_PAGE)
-    parts = [_table(json.loads(file.read_text(encoding="utf-8"))) for file in files]
+    parts = [_SECTIONS.get(file.stem, _table)(json.loads(file.read_text(encoding="utf-8"))) for file in files]
     return page("Measured results", _INTRODUCTION, *(parts or ["No table is measured yet."]))
 
 
@@ -66,3 +67,4 @@ def _mean(values: Sequence[float]) -> float:
 
 
 _FIGURES: Mapping[str, Callable[[Sequence[float]], float]] = {"max": max, "min": min, "mean": _mean}
+_SECTIONS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {"consistency": consistency}

@@ -23,6 +23,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from docs.results.consistency import NAME as CONSISTENCY
+from docs.results.consistency import measured_consistency
+
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 TABLES = HERE / "tables.toml"
@@ -210,7 +213,7 @@ def _row(
 
 
 def _wanted(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
-    names = [table["name"] for table in tables()]
+    names = [*(table["name"] for table in tables()), CONSISTENCY]
     for name in arguments.table:
         if name not in names:
             sys.exit(f"no table {name}; there is {', '.join(names)}")
@@ -238,13 +241,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         runs = list(dict.fromkeys(run for _, of_row in rows for run in of_row))
         with ThreadPoolExecutor(arguments.jobs) as pool:
             done = dict(zip(runs, pool.map(lambda run: sailed(run, arguments.kept, commit), runs), strict=True))
-        target = arguments.out / f"{table['name']}.json"
-        target.write_text(
-            json.dumps(measured(table, rows, done, commit), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
-        )
-        sys.stdout.write(f"{target}: {len(rows)} rows, {len(runs)} runs\n")
-        sys.stdout.flush()
+        _write(arguments.out, table["name"], measured(table, rows, done, commit), f"{len(runs)} runs")
+    if not arguments.table or CONSISTENCY in arguments.table:
+        _write(arguments.out, CONSISTENCY, measured_consistency(arguments.kept, arguments.jobs, arguments.seeds), "")
     return 0
+
+
+def _write(folder: Path, name: str, content: Mapping[str, Any], runs: str) -> None:
+    target = folder / f"{name}.json"
+    target.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    sys.stdout.write(f"{target}: {len(content['rows'])} rows{', ' if runs else ''}{runs}\n")
+    sys.stdout.flush()
 
 
 if __name__ == "__main__":

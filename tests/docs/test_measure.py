@@ -11,6 +11,7 @@ import pytest
 from companion.cli.main import argument_parser
 from docs.generate.results import results
 from docs.results import measure
+from docs.results.consistency import consistency_rows, words_of
 from docs.results.measure import Failed, Run, runs_of, sailed, tables
 from sitl.scenarios import SCENARIOS
 
@@ -59,3 +60,22 @@ def test_a_measured_table_becomes_a_page(tmp_path: Path, monkeypatch: pytest.Mon
     page = results(tmp_path)
     assert "| Hold, ReVolt, wind 2 m/s | 2 | 1.1 |" in page
     assert "make results ARGS='--table holding'" in page
+
+
+@pytest.mark.parametrize("row", consistency_rows()["rows"], ids=lambda row: row["label"])
+def test_a_row_of_consistency_can_be_sailed(row: dict[str, Any]) -> None:
+    arguments = argument_parser().parse_args(words_of(row, consistency_rows()["seeds"]))
+    assert len(arguments.seeds) == 20
+
+
+def test_measured_consistency_becomes_a_section(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    verdict = {"mean": 1.02, "half": 0.1, "means": [1.0, 1.04], "band": [0.74, 1.3], "outside": 0, "word": "inside"}
+    wrong = {**verdict, "mean": 2.0, "outside": 2, "word": "over-confident"}
+    kinds = {"NEES": {"all five": verdict}, "NIS": {"heading": wrong}, "NVS": {"north": verdict}, "bias": {}}
+    row = {"label": "A boat", "command": "companion evaluate", "seeds": [1, 2], "date": "2026-01-01", "commit": "abc"}
+    content = {"command": "", "rows": [{**row, "cases": {"hold": {"kinds": kinds}}}]}
+    monkeypatch.setattr(measure, "measured_consistency", lambda kept, jobs, seeds: content)
+    assert measure.main(["--table", "consistency", "--out", str(tmp_path), "--kept", str(tmp_path)]) == 0
+    page = results(tmp_path)
+    assert "| Hold | 1.02, 2 of 2 | **2.00, 0 of 2: over-confident** |" in page
+    assert "NEES all five (0.74 to 1.30)" in page and "seeds 1–2" in page

@@ -169,6 +169,16 @@ def test_a_magnetometer_matrix_without_an_inverse_is_told_with_its_line() -> Non
     )
 
 
+def test_a_receiver_has_errors_for_each_kind_of_fix() -> None:
+    text = config.find("revolt").read_text(encoding="utf-8")
+    told = text.replace("z_m = -0.2\n", "z_m = -0.2\nrtk_fixed = { noise_m = 0.005, wander_m = 0.01 }\n", 1)
+    gnss = config.parse(told, "boat.toml").sensors[0]
+    assert gnss.rtk_fixed is not None and (gnss.rtk_fixed.noise_m, gnss.rtk_fixed.wander_m) == (0.005, 0.01)
+    assert gnss.rtk_fixed.wander_s is None and gnss.rtk_float is None
+    with pytest.raises(ConfigError, match="rtk_fixed"):
+        config.parse(told.replace("noise_m = 0.005", "noise_m = -1.0"), "boat.toml")
+
+
 @pytest.mark.parametrize(
     ("with_", "x_m", "problem"),
     [

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from companion.config.devices import FixErrors
 from companion.config.vessel import VesselConfig
 from companion.core.readings import Imu, Reading
 from tests.unit.nav.boat_truth import IMU_HZ, Alter, Passage, Voyage, config_of, navigate
@@ -26,8 +27,7 @@ def told(voyage: Voyage) -> VesselConfig:
     gnss = replace(
         gnss,
         accuracy_floor_m=0.001,
-        position_wander_m=0.0,
-        velocity_accuracy_mps=voyage.velocity_sigma_mps / 0.3,  # the fixes are of carrier phase
+        rtk_fixed=FixErrors(wander_m=0.0, velocity_mps=voyage.velocity_sigma_mps),
         velocity_lasts_s=0.0,
         heading_accuracy_rad=voyage.heading_sigma_rad,
         heading_wander_rad=0.0,

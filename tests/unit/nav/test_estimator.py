@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from companion.config import vessel as vessel_config
+from companion.config.devices import FixErrors
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import decimal_year, declination_rad
 from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading, TimeOfDay, Wind
@@ -77,7 +78,7 @@ def test_the_sigmas_match_the_errors() -> None:
     wanders."""
     voyage = Voyage(duration_s=120.0, seed=6)
     config = config_of(voyage)
-    steady = replace(config.sensors[0], position_wander_m=0.0, heading_wander_rad=0.0)
+    steady = replace(config.sensors[0], rtk_fixed=FixErrors(wander_m=0.0), heading_wander_rad=0.0)
     passage = navigate(voyage, config=replace(config, sensors=(steady, config.sensors[1])))
     position, yaw, velocity = passage.errors(40.0)
     last = passage.states[-1]
