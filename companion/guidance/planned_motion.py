@@ -89,8 +89,10 @@ class PlannedMotion:
             job.begin(lambda: (terms, terms.plan(laid.track, laid.ends_s_m, laid.waypoints, laid.stop_at_end)))
         if job.done:
             self._newer = job.take()
-        if self._newer is not None and self._can_change(*self._newer, s_m):
-            (self._terms, self._plan), self._newer = self._newer, None
+        newer = self._newer
+        if newer is not None and self._can_change(newer[0], newer[1], s_m):
+            self._terms, self._plan = newer
+            self._newer = None
         return self._plan is not None
 
     def _can_change(self, terms: PlanTerms, plan: PathPlan, s_m: float) -> bool:
