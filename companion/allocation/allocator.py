@@ -30,6 +30,7 @@ _WORTH_TURNING_ROUND = 0.05  # power wasted, as a share of one thruster's, for w
 _AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than a corner lasts
 _WAY_LENGTHS_PS = 0.1  # speed through the water from which a boat is under way, in its lengths a second
 _WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under way
+_MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thruster turns there
 _FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
@@ -231,7 +232,8 @@ class Allocator(_AllocatorBase):
     def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push
         ahead there. Left to itself it would reverse for a moment's demand, and stay on the wrong side of it. While it
-        is still more than 90° off, only reverse is of use."""
+        is still more than 90° off, only reverse is of use. On the way it pushes hardly harder than there: two thrusters
+        far off their aim would push with full force against each other for a little of the wrench."""
         share = math.hypot(*ideal) / t.max_n
         if self._alone or share < _WORTH_AIMING:
             return
@@ -244,10 +246,13 @@ class Allocator(_AllocatorBase):
         step = min(high, max(low, min(present + reach, max(present - reach, aim))))
         problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
         least, most = problem.force_low_n[i], problem.force_high_n[i]
+        useful_n = _MOST_OF_SHARE * share * t.max_n
         if math.cos(step - direction) < 0.0:
+            problem.force_low_n[i] = min(most, max(least, -useful_n))
             problem.force_high_n[i] = max(least, min(most, 0.0))
         else:
             problem.force_low_n[i] = min(most, max(least, 0.0))
+            problem.force_high_n[i] = max(least, min(most, useful_n))
 
     def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the preferred azimuth of one thruster, and its weight."""

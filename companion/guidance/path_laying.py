@@ -9,13 +9,16 @@ from dataclasses import dataclass
 
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.path_plan import PathPlan, PlanLimits
-from companion.guidance.track import Track
+from companion.guidance.track import Track, turns_rad
 from companion.guidance.waypoint import Waypoint
 
 CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
 _ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
 _STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten samples each
-_SWING_S = 4.4  # widest window of a corner that is passed through, at the leg's speed
+# The widest window of a corner that is passed through, at the leg's speed: up to a right angle, and of a sharp corner,
+# where a wider swing costs little way and saves much thrust.
+_SWING_S, _SHARP_SWING_S = 4.6, 6.5
+_SQUARE_RAD, _SHARP_RAD = math.radians(90.0), math.radians(130.0)
 _THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and mean wind that are worth a new plan
 
@@ -91,8 +94,11 @@ class PlanTerms:
         a, b = self.limits.weather, now.limits.weather
         water = math.hypot(a.water_north_mps - b.water_north_mps, a.water_east_mps - b.water_east_mps)
         air = math.hypot(a.air_north_mps - b.air_north_mps, a.air_east_mps - b.air_east_mps)
-        same = self.limits.share == now.limits.share and self.top_mps == now.top_mps
-        return same and water <= _NEW_WATER_MPS and air <= _NEW_AIR_MPS
+        return self.asks_the_same(now) and water <= _NEW_WATER_MPS and air <= _NEW_AIR_MPS
+
+    def asks_the_same(self, other: PlanTerms) -> bool:
+        """Whether both are for the same speed and share of the limits, in whatever weather."""
+        return self.limits.share == other.limits.share and self.top_mps == other.top_mps
 
     def plan(self, track: Track, leg_end_s_m: Sequence[float], waypoints: Sequence[Waypoint], stops: bool) -> PathPlan:
         """The plan of a track with these legs."""
@@ -129,7 +135,8 @@ class TrackShape:
             wide_m = max(self._corner_m(shape[1]), path.length_m / _STRAIGHT_CORNERS)
             track = Track(path, points, [wide_m, wide_m], max(self.widest_m, 3.0 * wide_m))
         else:
-            radii, swings = [self._corner_m(w) for w in shape], [self._swing_m(w) for w in shape]
+            radii = [self._corner_m(w) for w in shape]
+            swings = [self._swing_m(w, turn) for w, turn in zip(shape, turns_rad(points), strict=True)]
             track = Track(path, points, radii, self.widest_m, swings)
         ends = track.waypoint_s_m[len(begin) : len(begin) + len(waypoints)]
         plan = None if self.terms is None else self.terms.plan(track, ends, waypoints, stop_at_end)
@@ -144,11 +151,13 @@ class TrackShape:
         """How near to a waypoint the track passes."""
         return _THROUGH_M if self._passes_through(waypoint) else self.acceptance_m(waypoint)
 
-    def _swing_m(self, waypoint: Waypoint) -> float:
+    def _swing_m(self, waypoint: Waypoint, turn_rad: float) -> float:
         """The widest window of the swing through a waypoint; 0: the corner is only cut."""
         if not self._passes_through(waypoint):
             return 0.0
-        return _SWING_S * (self.cruise_mps if waypoint.speed_mps is None else waypoint.speed_mps)
+        sharp = min(1.0, max(0.0, (abs(turn_rad) - _SQUARE_RAD) / (_SHARP_RAD - _SQUARE_RAD)))
+        swing_s = _SWING_S + sharp * (_SHARP_SWING_S - _SWING_S)
+        return swing_s * (self.cruise_mps if waypoint.speed_mps is None else waypoint.speed_mps)
 
     def _passes_through(self, waypoint: Waypoint) -> bool:
         given = waypoint.radius_m is not None and waypoint.radius_m > 0.0

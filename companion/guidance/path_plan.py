@@ -28,10 +28,13 @@ _STEP_S = 0.1  # of the table of headings
 _MOST_STEPS = 20_000
 _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
-_LAST_MEAN_S = 2.0  # a second mean: the yaw acceleration changes as slowly as azimuths turn
+# The last means of speed and heading: thrust and yaw acceleration change as slowly as azimuths turn.
+_SPEED_MEAN_S, _LAST_MEAN_S = 1.5, 3.0
 # Shares of the limits, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
 # costs more thrust and time than the bend itself.
 _SIDEWAYS, _TURNING = 1.85, 2.0
+# Two plans agree where they differ by no more, now and a little later.
+_AGREE_S, _AGREE_MPS, _AGREE_RAD = 2.0, 0.05, math.radians(3.0)
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +76,7 @@ class PathPlan:
             sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
             by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
-        kept = thrust.followed(speed, limits.share, stop_at_end)
+        kept = _smooth_speed(s, thrust.followed(speed, limits.share, stop_at_end))
         at, bow = _bow(s, course, kept, turn_radps)
         self._limits = limits
         self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
@@ -106,6 +109,15 @@ class PathPlan:
         j = min(len(self._at) - 2, int(index))
         return self._at[j] + (index - j) * (self._at[j + 1] - self._at[j])
 
+    def agrees(self, other: PathPlan, s_m: float) -> bool:
+        """Whether a boat at `s_m` can change to the other plan of the same track without a jerk."""
+        later_m = self.ahead_m(s_m, _AGREE_S, self.speed_mps(s_m))
+        return all(
+            abs(self.speed_mps(at_m) - other.speed_mps(at_m)) <= _AGREE_MPS
+            and abs(self.course_rad(at_m) - other.course_rad(at_m)) <= _AGREE_RAD
+            for at_m in (s_m, later_m)
+        )
+
     def speed_mps(self, s_m: float) -> float:
         """The speed planned at that arc length; the square is interpolated, which gives constant acceleration."""
         i, x = _place(self._s, s_m)
@@ -134,6 +146,18 @@ def _sparse(track: Track, leg_end_s_m: Floats) -> tuple[Floats, Floats, Floats]:
 def _times(s: Floats, speed: Floats) -> Floats:
     pace = np.maximum(0.5 * (speed[1:] + speed[:-1]), 0.02)
     return np.concatenate(([0.0], np.cumsum(np.diff(s) / pace)))
+
+
+def _smooth_speed(s: Floats, speed: Floats) -> Floats:
+    """The mean of the speed over a window of time, shorter towards the ends, where the speed is kept."""
+    t = _times(s, speed)
+    count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
+    grid = np.linspace(0.0, t[-1], count)
+    room = 2.0 * np.minimum(grid, grid[-1] - grid)
+    width = np.minimum(_SPEED_MEAN_S, np.maximum(room, 1.0e-3))
+    smooth: Floats = np.interp(t, grid, _mean(grid, np.interp(grid, t, speed), width))
+    smooth[[0, -1]] = speed[[0, -1]]
+    return smooth
 
 
 def _bow(s: Floats, course: Floats, speed: Floats, turn_radps: float) -> tuple[Floats, Floats]:

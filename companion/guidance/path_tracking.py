@@ -220,7 +220,7 @@ class PathTracker:
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
         motion = self._motion
-        if motion is not None and self._plans and motion.is_planned(nav, speed_mps, dt_s):
+        if motion is not None and self._plans and motion.is_planned(nav, speed_mps, self._s, dt_s):
             setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed

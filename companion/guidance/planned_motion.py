@@ -2,7 +2,8 @@
 back to the track at PATH_BW_CROSS by sideways speed.
 
 The plan is made anew, beside the control thread, when a limit, the current, the mean wind or the commanded speed has
-changed.
+changed. One for other weather is taken where it agrees with the present one, on a leg: it would brake for a bend later
+or earlier, in the midst of it.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the 
 _ASIDE = 0.46  # of the share of the sway limit, for the sideways speed where the bow is not along the track
 _SLOWEST_SHARE = 0.25  # of the commanded speed: no bend slows the boat below it
 _HARDER, _HARDER_MPS2 = 1.5, 0.1  # times the planned braking, and more: a boat that is too fast slows down so hard
+_JERK_MPS3 = 2.0  # from rest the setpoint speeds up as the thrust builds up, not ahead of it
 _SPEED_STEP_MPS = 0.05  # commanded speeds are planned in steps
 _MEAN_AIR_S = 20.0
 _PREDICTIVE = 2  # PATH_CTRL
@@ -59,31 +61,48 @@ class PlannedMotion:
         self._laid: LaidTrack | None = None
         self._plan: PathPlan | None = None
         self._terms: PlanTerms | None = None  # of the plan
+        self._newer: tuple[PlanTerms, PathPlan] | None = None  # made, and not sailed by yet
         self._planning: Job[tuple[PlanTerms, PathPlan]] = Job(submit)
         self._air: Air | None = None
         self._commanded = parameters["WP_SPEED"]
+        self._rise_mps2 = 0.0  # of the last setpoint's speed
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
 
     def take(self, laid: LaidTrack) -> None:
         """A new track, perhaps with its plan."""
         self._laid, self._plan, self._terms = laid, laid.plan, laid.terms
+        self._newer = None
         self._planning.drop()
 
-    def is_planned(self, nav: NavState, speed_mps: float, dt_s: float) -> bool:
-        """Whether there is a plan of the track, at `speed_mps` at most. It is made anew when a limit, the current, the
-        mean wind or the speed has changed."""
+    def is_planned(self, nav: NavState, speed_mps: float, s_m: float, dt_s: float) -> bool:
+        """Whether there is a plan of the track, at `speed_mps` at most, for a boat at `s_m`. It is made anew when a
+        limit, the current, the mean wind or the speed has changed."""
         laid, job = self._laid, self._planning
         if laid is None:
             return False
         self._commanded = min(max(0.0, speed_mps), self._parameters["MPC_XY_VEL_MAX"])
         self._see_wind(nav, dt_s)
         terms = self.terms(nav)
-        if not job.pending and (self._terms is None or self._plan is None or not self._terms.still_hold(terms)):
+        newest = self._terms if self._newer is None else self._newer[0]
+        if not job.pending and (newest is None or self._plan is None or not newest.still_hold(terms)):
             job.begin(lambda: (terms, terms.plan(laid.track, laid.ends_s_m, laid.waypoints, laid.stop_at_end)))
         if job.done:
-            self._terms, self._plan = job.take()
+            self._newer = job.take()
+        newer = self._newer
+        if newer is not None and self._can_change(newer[0], newer[1], s_m):
+            self._terms, self._plan = newer
+            self._newer = None
         return self._plan is not None
+
+    def _can_change(self, terms: PlanTerms, plan: PathPlan, s_m: float) -> bool:
+        """Whether the boat may go over to a newer plan at `s_m`."""
+        return (
+            self._plan is None
+            or self._terms is None
+            or not self._terms.asks_the_same(terms)
+            or self._plan.agrees(plan, s_m)
+        )
 
     def terms(self, nav: NavState) -> PlanTerms:
         """What a plan depends on now, at the speed commanded last."""
@@ -152,14 +171,18 @@ class PlannedMotion:
 
     def _next_speed(self, plan: PathPlan, s_m: float, creep: float, dt_s: float) -> float:
         """Take the next speed along the track; returns the acceleration that follows, when the thrust for it will have
-        built up."""
+        built up: what drag takes by then is no longer there to speed up with."""
         up, down = plan.reach_mps2(s_m, self.speed_mps)
         down = _HARDER * down + _HARDER_MPS2
         wanted = max(creep, min(self._commanded, plan.speed_mps(s_m)))
-        self.speed_mps = min(self.speed_mps + up * dt_s, max(self.speed_mps - down * dt_s, wanted))
+        last, up = self.speed_mps, min(up, max(0.0, self._rise_mps2) + _JERK_MPS3 * dt_s)
+        self.speed_mps = min(last + up * dt_s, max(last - down * dt_s, wanted))
+        self._rise_mps2 = (self.speed_mps - last) / dt_s
         later_m = plan.ahead_m(s_m, _THRUST_LAG_S, max(self.speed_mps, creep))
         later = max(creep, min(self._commanded, plan.speed_mps(later_m)))
-        return min(up, max(-down, (later - self.speed_mps) / _THRUST_LAG_S))
+        soon_up, _ = plan.reach_mps2(s_m, self.speed_mps + up * _THRUST_LAG_S)
+        soon_up = min(soon_up, up + _JERK_MPS3 * _THRUST_LAG_S)
+        return min(soon_up, max(-down, (later - self.speed_mps) / _THRUST_LAG_S))
 
     # --- heading ---
 

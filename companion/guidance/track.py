@@ -7,11 +7,13 @@ the track begins and ends where the path does.
 
 Where a boat is to pass near the point and yet quickly, the track swings out a little before the corner and behind it,
 as a driver takes a bend: from the mean m another mean m' is taken, and m + g (m − m') is sailed. At the same distance
-from the corner its bend is twice as wide.
+from the corner its bend is twice as wide. At the corner the track is c w sin(θ/2) (G − g) inside of it; g is chosen for
+_PASS_M of that, so a gentle corner swings little.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
@@ -24,7 +26,9 @@ from companion.guidance.path import Path, PathPoint
 _WINDOW_PER_RADIUS = 2.4
 _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
 _LARGEST_CUT = 0.6  # of a waypoint's radius
-_SWING = 1.4  # by how much of what two means take off a corner a swing goes out before it and behind it
+# c and G: by the swing's three means, found by laying tracks. With g = G the track passes through every corner.
+_SWING_CUT, _SWING_THROUGH = 0.1165, 1.59
+_PASS_M = 0.06  # inside of the corner: the boat is late rather than early
 _SWING_WIDE, _SWING_NARROW, _SWING_LAST = 0.6, 0.5, 1.0  # widths of its three means
 _LARGEST_SWING_CUT = 0.8
 _MOST_SHRINK = 0.3  # of a window at once: on a curve the cut shrinks with its square
@@ -62,9 +66,11 @@ class Track:
         grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
         waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
         swing = np.interp(grid, waypoint_s, (swings > 0.0).astype(float))
+        corners = np.sin(0.5 * np.abs(turns_rad(waypoints)))
         for _ in range(6):
             window = np.interp(grid, waypoint_s, widths)
-            smooth_north, smooth_east = _smoothed(grid, north, east, window, swing)
+            out = _around(grid, waypoint_s, _out(np.asarray(widths), corners))
+            smooth_north, smooth_east = _smoothed(grid, north, east, window, swing, swing * out)
             cuts = np.hypot(
                 np.interp(waypoint_s, grid, smooth_north) - [w[0] for w in waypoints],
                 np.interp(waypoint_s, grid, smooth_east) - [w[1] for w in waypoints],
@@ -178,8 +184,43 @@ def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats
     return grid, np.interp(grid, length, north), np.interp(grid, length, east)
 
 
-def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats, swing: Floats) -> tuple[Floats, Floats]:
-    """The means of the line over the window at each sample, and with `swing` 1 the swing out besides."""
+def turns_rad(points: Sequence[tuple[float, float]]) -> list[float]:
+    """The turn at each point of a line, positive to starboard; 0 at its ends. Points that repeat the one before turn as
+    that does."""
+    legs = [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(points)]
+    turns = [0.0] * len(points)
+    before: tuple[float, float] | None = None
+    for i, (north, east) in enumerate(legs):
+        if north == 0.0 and east == 0.0:
+            continue
+        if before is not None:
+            turns[i] = math.atan2(before[0] * east - before[1] * north, before[0] * north + before[1] * east)
+        before = north, east
+    for i in range(len(legs) - 2, 0, -1):
+        if legs[i] == (0.0, 0.0):
+            turns[i] = turns[i + 1]
+    return turns
+
+
+def _out(window: Floats, corner: Floats) -> Floats:
+    """g at each waypoint. `corner`: sin(θ/2)."""
+    swung: Floats = np.maximum(0.0, _SWING_THROUGH - _PASS_M / np.maximum(_SWING_CUT * window * corner, 1.0e-6))
+    return swung
+
+
+def _around(grid: Floats, waypoint_s: Floats, values: Floats) -> Floats:
+    """The values of the waypoints, each kept over the nearest quarters of its legs."""
+    quarter = 0.25 * np.diff(waypoint_s)
+    begins = waypoint_s - np.concatenate(([0.0], quarter))
+    ends = waypoint_s + np.concatenate((quarter, [0.0]))
+    around: Floats = np.interp(grid, np.stack((begins, ends), axis=1).ravel(), np.repeat(values, 2))
+    return around
+
+
+def _smoothed(
+    grid: Floats, north: Floats, east: Floats, window: Floats, swing: Floats, out: Floats
+) -> tuple[Floats, Floats]:
+    """The means of the line over the window at each sample, for a swing where `swing` is 1; `out`: g."""
     room = np.minimum(grid, grid[-1] - grid)
     for plain, swung in ((_WIDE, _SWING_WIDE), (_NARROW, _SWING_NARROW)):
         half = np.minimum(0.5 * (plain + (swung - plain) * swing) * window, room)
@@ -187,7 +228,6 @@ def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats, swing: 
     if not np.any(swing):
         return north, east
     half = np.minimum(0.5 * _SWING_LAST * window, room)
-    out = _SWING * swing
     return north + out * (north - _mean(grid, north, half)), east + out * (east - _mean(grid, east, half))
 
 

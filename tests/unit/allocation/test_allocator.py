@@ -223,6 +223,17 @@ def test_under_way_thrusters_on_the_wrong_side_push_while_they_turn_round() -> N
     assert pushes[-1] == pytest.approx(120.0, abs=15.0)
 
 
+def test_under_way_thrusters_far_off_their_aim_do_not_push_against_each_other() -> None:
+    """A turn against the wind: both lie ahead, hardly any thrust is needed, and a moment with a force aside. One pushed
+    astern and one ahead with 90 N each, for 20 N to the side."""
+    a = Allocator(ABOAT, Parameters())
+    settle(a, Wrench(30.0, -15.0, 0.0), 40)
+    for _ in range(12):
+        result = a.update(Wrench(-5.0, 45.0, 95.0), DT_S, 1.0, planned=True)
+        assert max(abs(t.force_n) for t in result.thrusters) < 75.0
+    assert settle(a, Wrench(-5.0, 45.0, 95.0), 40).achieved.yaw_nm == pytest.approx(95.0, abs=5.0)
+
+
 def test_a_thruster_that_cannot_reverse_turns_round() -> None:
     boat = replace(REVOLT, thrusters=(azimuth("port", -1.0, -0.5, 0.0), azimuth("starboard", -1.0, 0.5, 0.0)))
     a = allocator(boat)

@@ -56,6 +56,25 @@ def test_the_thrust_ahead_of_a_bend_and_behind_it_stays_near_that_of_the_leg() -
     assert min(found) > -20.0, "the drag brakes: no thruster reverses"
 
 
+def test_the_planned_thrust_changes_no_faster_than_azimuths_turn() -> None:
+    """A plan of constant braking drops the thrust within a tick: at a corner the azimuths then lie where they cannot
+    turn the boat."""
+    track, plan = planned()
+    corner_s = track.waypoint_s_m[1]
+    found = thrusts_n(track, plan, corner_s - 8.0, corner_s + 6.0)
+    times = [0.05 / max(0.1, plan.speed_mps(corner_s - 8.0 + 0.05 * i)) for i in range(len(found))]
+    steep = [(b - a) / dt for a, b, dt in zip(found[4::4], found[8::4], times[4::4], strict=False)]
+    assert max(abs(x) for x in steep) / 4.0 < 200.0
+
+
+def test_plans_for_other_weather_agree_on_a_leg_and_not_ahead_of_a_bend() -> None:
+    track, plan = planned()
+    _, other = planned(Weather(-0.3, 0.0, -6.0, 0.0))
+    corner_s = track.waypoint_s_m[1]
+    assert plan.agrees(other, 15.0) and plan.agrees(plan, corner_s)
+    assert not plan.agrees(other, corner_s - 2.0)
+
+
 def test_at_the_end_of_the_track_the_thrusters_brake() -> None:
     track, plan = planned()
     assert min(thrusts_n(track, plan, track.length_m - 3.0, track.length_m - 0.1)) < -15.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.track import Track, apart
+from companion.guidance.track import Track, apart, turns_rad
 
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
 
@@ -58,6 +58,23 @@ def test_a_swing_passes_the_point_as_near_with_a_wider_bend(turn_deg: float) -> 
     cut, swung = Track(path, points, [0.2] * 3, 10.0), Track(path, points, [0.2] * 3, 10.0, [6.0] * 3)
     assert cuts(swung, points)[1] <= 0.16 + 1e-6
     assert max(map(abs, swung.curvature_1pm)) < 0.55 * max(map(abs, cut.curvature_1pm))
+
+
+@pytest.mark.parametrize("turn_deg", [30.0, -60.0, 90.0, -135.0, 150.0])
+def test_a_swing_passes_a_little_inside_of_the_point_whatever_the_corner(turn_deg: float) -> None:
+    """By the same part of every corner it passed sharp ones by twice as much as gentle ones, which left the boat half
+    of the 0.2 m within which it is to pass them."""
+    turn = math.radians(turn_deg)
+    points = [(0.0, 0.0), (30.0, 0.0), (30.0 + 30.0 * math.cos(turn), 30.0 * math.sin(turn))]
+    swung = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0, [6.0] * 3)
+    assert cuts(swung, points)[1] == pytest.approx(0.06, abs=0.012)
+
+
+def test_the_turns_of_a_line_with_points_that_repeat() -> None:
+    line = [(0.0, 0.0), (0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]
+    assert turns_rad(line) == pytest.approx([0.0, 0.0, 0.5 * math.pi, 0.5 * math.pi, 0.5 * math.pi, 0.0])
+    assert turns_rad([(1.0, 1.0)]) == [0.0]
+    assert turns_rad([(0.0, 0.0), (10.0, 0.0), (10.0, -10.0)]) == pytest.approx([0.0, -0.5 * math.pi, 0.0])
 
 
 def test_a_swing_leaves_the_leg_by_no_more_than_it_cuts_the_corner() -> None:

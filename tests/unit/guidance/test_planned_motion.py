@@ -1,0 +1,114 @@
+"""Setpoints by a plan: how they speed up from rest, and when a newer plan is taken."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import pytest
+
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import find, load
+from companion.core.estimate import NavState
+from companion.core.setpoint import Point, Progress
+from companion.guidance.agility import Agility, agility_of
+from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.path import PathKind
+from companion.guidance.path_laying import FromBoat, LaidTrack, TrackShape
+from companion.guidance.planned_motion import OnTrack, PlannedMotion
+from companion.guidance.waypoint import Waypoint
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+
+BOAT = load(find("aboat"))
+DT_S, SPEED_MPS = 0.1, 1.2
+CORNER = [Waypoint(30.0, 0.0), Waypoint(30.0, 30.0)]
+PROGRESS = Progress(Point(0.0, 0.0), Point(0.0, 0.0), 0.0, 0.0, 0.0)
+CARRIED = replace(AT_REST, current_north_mps=0.7, current_east_mps=0.0)
+STREAM = replace(AT_REST, current_north_mps=-0.4, current_east_mps=-0.4)
+
+
+def aboat() -> Agility:
+    agility = agility_of(BOAT)
+    assert agility is not None
+    return agility
+
+
+def motion() -> tuple[PlannedMotion, LaidTrack]:
+    planned = PlannedMotion(Parameters(BOAT.parameters), aboat(), CrabCompensation(top_speed_mps(BOAT)))
+    laid = TrackShape(PathKind.LINEAR, 1.5, 10.0, True, SPEED_MPS, None).lay(FromBoat((0.0, 0.0)), CORNER, (), True)
+    planned.take(laid)
+    return planned, laid
+
+
+def speeds(
+    planned: PlannedMotion, laid: LaidTrack, nav: NavState, s_m: float, steps: int, most_mps: float = SPEED_MPS
+) -> list[float]:
+    """The setpoint's speed while the boat sails by it from `s_m` on."""
+    found = []
+    for _ in range(steps):
+        assert planned.is_planned(nav, most_mps, s_m, DT_S)
+        planned.update(OnTrack(laid.track, s_m, laid.track.at(s_m), 0.0), nav, PROGRESS, DT_S)
+        found.append(planned.speed_mps)
+        s_m += planned.speed_mps * DT_S
+    return found
+
+
+def test_from_rest_the_setpoint_speeds_up_as_the_thrust_builds_up() -> None:
+    """With all of its acceleration at once it ran ahead of the boat, whose loops then pushed it beyond its speed."""
+    planned, laid = motion()
+    found = [0.0, *speeds(planned, laid, AT_REST, 0.0, 60)]
+    rises = [(b - a) / DT_S for a, b in itertools.pairwise(found)]
+    assert max(b - a for a, b in itertools.pairwise([0.0, *rises])) < 0.21
+    assert found[-1] == pytest.approx(SPEED_MPS, abs=0.03)
+
+
+def test_speeding_up_asks_for_no_more_thrust_than_is_planned_with() -> None:
+    """The thrust is that for a little later, when drag takes more of it."""
+    planned, laid = motion()
+    agility = aboat()
+    most_n = agility.hull.drag_n(SPEED_MPS) + 0.35 * 0.2 * agility.surge_n
+    s_m = 0.0
+    for _ in range(40):
+        assert planned.is_planned(AT_REST, SPEED_MPS, s_m, DT_S)
+        setpoint = planned.update(OnTrack(laid.track, s_m, laid.track.at(s_m), 0.0), AT_REST, PROGRESS, DT_S)
+        soon = setpoint.surge_mps + 0.4 * setpoint.surge_mps2
+        assert agility.hull.m11_kg * setpoint.surge_mps2 + agility.hull.drag_n(soon) < most_n + 25.0
+        s_m += planned.speed_mps * DT_S
+
+
+def test_a_plan_for_other_weather_waits_for_the_end_of_a_bend() -> None:
+    """Found in the midst of braking, it let the boat speed up again, which was then too fast for the corner."""
+    planned, laid = motion()
+    corner_m = laid.ends_s_m[0]
+    speeds(planned, laid, CARRIED, corner_m - 12.0, 100)
+    braking = speeds(planned, laid, CARRIED, corner_m - 2.5, 5)[-1]
+    after = speeds(planned, laid, AT_REST, corner_m - 2.0, 10)
+    assert all(b < a for a, b in itertools.pairwise([braking, *after]))
+    fresh, _ = motion()
+    speeds(fresh, laid, CARRIED, corner_m - 12.0, 100)
+    speeds(fresh, laid, CARRIED, corner_m - 2.5, 5)
+    assert after == pytest.approx(speeds(fresh, laid, CARRIED, corner_m - 2.0, 10))
+
+
+def test_it_is_taken_on_the_leg_behind() -> None:
+    planned, laid = motion()
+    corner_m = laid.ends_s_m[0]
+    speeds(planned, laid, AT_REST, corner_m - 12.0, 100)
+    speeds(planned, laid, STREAM, corner_m - 1.0, 5)
+    speeds(planned, laid, STREAM, corner_m + 10.0, 50)
+    found = speeds(planned, laid, STREAM, laid.ends_s_m[1] - 4.0, 40)
+    fresh, _ = motion()
+    speeds(fresh, laid, STREAM, corner_m + 10.0, 50)
+    assert found == pytest.approx(speeds(fresh, laid, STREAM, laid.ends_s_m[1] - 4.0, 40))
+    still, _ = motion()
+    speeds(still, laid, AT_REST, corner_m + 10.0, 50)
+    assert found != pytest.approx(speeds(still, laid, AT_REST, laid.ends_s_m[1] - 4.0, 40), abs=0.02)
+
+
+def test_a_plan_for_another_speed_is_taken_at_once() -> None:
+    planned, laid = motion()
+    speeds(planned, laid, AT_REST, 1.0, 60, 0.6)
+    assert planned.speed_mps == pytest.approx(0.6)
+    speeds(planned, laid, AT_REST, 6.0, 40)
+    assert planned.speed_mps == pytest.approx(SPEED_MPS, abs=0.03)
