@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from sitl.gusts import parse_wind
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check, Track, between, distance_to, read_truth, rms
+from sitl.scenarios.measure import Check, Track, between, distance_to, means, read_truth, rms
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 from sitl.sea_state import parse_sea
@@ -117,11 +116,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def _slow(track: Track) -> list[tuple[float, float]]:
     """Place as its mean over `_MEAN_S`."""
     width = max(1, round(_MEAN_S * (len(track) - 1) / (track[-1]["t_s"] - track[0]["t_s"])))
-    means = []
-    for axis in ("north_m", "east_m"):
-        sums = [0.0, *accumulate(row[axis] for row in track)]
-        means.append([(b - a) / width for a, b in zip(sums, sums[width:], strict=False)])
-    return list(zip(*means, strict=True))
+    north, east = (means([row[axis] for row in track], width) for axis in ("north_m", "east_m"))
+    return list(zip(north, east, strict=True))
 
 
 def _net(row: dict[str, float], asked: dict[str, Any]) -> tuple[float, float]:
