@@ -292,6 +292,7 @@ class Vessel:
         for i, rate_radps in availability.take_turn_rates():
             self._blocks.allocator.set_turn_rate(i, rate_radps)
             self._blocks.controller.set_turn_rate(i, rate_radps)
+            self.supervisor.steers_late(self._blocks.controller.steers_late_s)
         self.supervisor.retraction.see(availability.up, now_s)
 
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status, nav: NavState) -> Allocation:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import AllocationSolver, Problem
+from companion.allocation.strong_side import StrongSide
 from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
@@ -138,10 +139,10 @@ class Allocator(_AllocatorBase):
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
     because the thruster reverses at a stop, the thruster turns there without thrust. So does, with ALLOC_ECON, one that
-    has long wasted power.
+    has long wasted power. One that has long pushed hard in reverse, where it is weaker, turns round with thrust.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, and which
-    thrusters are turning without thrust.
+    thrusters are turning round.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -155,9 +156,11 @@ class Allocator(_AllocatorBase):
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         self._alone = len(self._thrusters) == 1
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
-        self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
+        self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
+        self._pushes: set[int] = set()  # those of them that give thrust meanwhile
         self._apart_s = [0.0] * len(self._thrusters)
         self._against_s = [0.0] * len(self._thrusters)
+        self._strong_side = StrongSide(self._thrusters)
         self._thrift = Thrift(self._thrusters)
         self._thrifty = False  # in this cycle
 
@@ -191,6 +194,7 @@ class Allocator(_AllocatorBase):
             low, high = self._force_bounds(i, t, dt_s)
             self._forces[i] = min(high, max(low, force))
         self._crossing = [None] * len(self._thrusters)
+        self._pushes.clear()
 
     def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, aimed: bool) -> None:
         """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths, and `aimed` holds
@@ -203,31 +207,45 @@ class Allocator(_AllocatorBase):
         problem.forces_n, problem.azimuths_rad = self._forces, self._azimuths
         self._wasted = self._power_wasted(ideal)
         self._see_thrift(ideal, dt_s)
+        self._strong_side.see(self._forces, dt_s)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
                 self._consider_turning_round(i, t, ideal[i], dt_s)
                 self._consider_thrift(i, t)
+                self._consider_strong_side(i, t)
                 self._bound_turn(i, t, dt_s)
                 if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
 
     def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
-        """Set the azimuth bounds of one thruster; without thrust while it crosses a sector."""
+        """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side."""
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         target = self._crossing[i]
         if target is not None:
             step = min(present + reach, max(present - reach, target))
-            problem.force_low_n[i] = problem.force_high_n[i] = 0.0
+            if i not in self._pushes:
+                problem.force_low_n[i] = problem.force_high_n[i] = 0.0
             problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
             if step == target:
                 self._crossing[i] = None
+                self._pushes.discard(i)
             return
         low, high = t.sectors.span(present)
         low, high = max(low, present - reach), min(high, present + reach)
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
+        if self._pushes and i not in self._pushes:
+            self._keep_sign(i)
+
+    def _keep_sign(self, i: int) -> None:
+        """Let one thruster push only as it does now: beside one that turns with thrust it would turn round, too."""
+        problem = self._problem
+        if self._forces[i] >= 0.0:
+            problem.force_low_n[i] = max(problem.force_low_n[i], min(0.0, problem.force_high_n[i]))
+        else:
+            problem.force_high_n[i] = min(problem.force_high_n[i], max(0.0, problem.force_low_n[i]))
 
     def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push
@@ -293,6 +311,15 @@ class Allocator(_AllocatorBase):
             x, y = self._thrift.shares[i]
             self._crossing[i], _ = self._aim(i, t, math.atan2(y, x))
             self._thrift.turned_round(i)
+
+    def _consider_strong_side(self, i: int, t: Thruster) -> None:
+        """Begin to turn a thruster that has long pushed hard astern, with thrust: all of it may be needed."""
+        if self._crossing[i] is None and not self._alone and not self._others_cross(i):
+            target_rad = self._strong_side.way_round_rad(i, t, self._forces[i], self._azimuths[i])
+            if target_rad is not None:
+                self._crossing[i] = target_rad
+                self._pushes.add(i)
+                self._strong_side.turned(i)
 
     def _aim(self, i: int, t: Thruster, direction_rad: float) -> tuple[float, bool]:
         """(azimuth that pushes best in that direction, whether in reverse); of two equal ones the nearer."""
@@ -370,5 +397,5 @@ class Allocator(_AllocatorBase):
         )
 
     def _others_cross(self, i: int) -> bool:
-        """Whether another thruster is turning without thrust: only one does at a time, so that thrust is left."""
+        """Whether another thruster is turning round: only one does at a time, so that thrust is left."""
         return any(target is not None and j != i and j not in self._failed for j, target in enumerate(self._crossing))

@@ -96,6 +96,11 @@ class Controller:
         if index == 0:
             self._yaw.steers_at(rate_radps)
 
+    @property
+    def steers_late_s(self) -> float:
+        """By how much the yaw loop under way answers later than with thrusters that turn as the file says."""
+        return self._yaw.late_s
+
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
         bias is reduced by what fell short of the last demand."""

@@ -16,6 +16,9 @@ from companion.params.store import Parameters
 
 _DAMPING = 0.9
 _INTEGRAL_SHARE = 0.1
+_SLOW_INTEGRAL_SHARE = 0.3  # of a loop that slow steering has made slower, where a moment turns the bow further off
+_BEND_RADPS = math.radians(8.0)  # in a faster turn, a loop with slow steering lags, which is no offset to learn
+_FORGET_S = 4.0  # such a turn changes what the weather's moment is
 # The share of the way to its stop that a nozzle must cover in 1/bandwidth: with less, its rate limit makes the loop
 # oscillate.
 _SWING_SHARE = 0.6
@@ -38,8 +41,25 @@ class YawLoop:
 
     def steers_at(self, rate_radps: float) -> None:
         """The rate at which the nozzle or the rudder turns, where it is not the configured one."""
-        share = _SWING_SHARE if rate_radps >= self._configured_radps else _SLOW_SWING_SHARE
-        self._most_radps = _followed_radps(self._config, rate_radps, share)
+        self._slow = rate_radps < self._configured_radps
+        self._most_radps = _followed_radps(self._config, rate_radps, _SLOW_SWING_SHARE if self._slow else _SWING_SHARE)
+
+    @property
+    def late_s(self) -> float:
+        """By how much the loop answers later than with steering as configured: difference of the times 1/bandwidth."""
+        if not self._slowed:
+            return 0.0
+        configured_radps = _followed_radps(self._config, self._configured_radps, _SWING_SHARE)
+        return 1.0 / self._bandwidth_radps - 1.0 / min(self._parameters["PATH_BW_YAW"], configured_radps)
+
+    @property
+    def _slowed(self) -> bool:
+        """Whether steering is so much slower than configured that the loop is."""
+        return self._slow and self._most_radps < self._parameters["PATH_BW_YAW"]
+
+    @property
+    def _bandwidth_radps(self) -> float:
+        return min(self._parameters["PATH_BW_YAW"], self._most_radps)
 
     def moment_nm(
         self,
@@ -56,12 +76,13 @@ class YawLoop:
         error = wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         ahead = abs(nav.surge_mps)
         resisting = hull.damping.n_r + hull.damping.n_ur * ahead
-        bandwidth = min(self._parameters["PATH_BW_YAW"], self._most_radps)
-        kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, bandwidth, _DAMPING, _INTEGRAL_SHARE)
+        bandwidth = self._bandwidth_radps
+        kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, bandwidth, _DAMPING, self._integral_share(rate))
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
-        offset = self._offset(error, nav.yaw_rate_radps, fastest)
-        if offset != 0.0:
-            bias.grow(0.0, 0.0, -ki * offset, nav.yaw_rad, dt_s)
+        learned_nm = bias.in_body(nav.yaw_rad)[2]
+        growth = -ki * self._offset(error, nav.yaw_rate_radps, fastest) - self._forgotten_1ps(rate) * learned_nm
+        if growth != 0.0:
+            bias.grow(0.0, 0.0, growth, nav.yaw_rad, dt_s)
         _, _, drag = damping(hull, ahead, 0.0, rate)
         _, _, fastest_drag = damping(hull, ahead, 0.0, fastest)
         # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
@@ -73,6 +94,14 @@ class YawLoop:
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
         return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
 
+    def _integral_share(self, rate_radps: float) -> float:
+        """Integral action as a share of the bandwidth, in a turn at that rate."""
+        return _SLOW_INTEGRAL_SHARE * (1.0 - _in_bend(rate_radps)) if self._slowed else _INTEGRAL_SHARE
+
+    def _forgotten_1ps(self, rate_radps: float) -> float:
+        """Share of the learned moment that is forgotten a second, in a turn at that rate."""
+        return _in_bend(rate_radps) / _FORGET_S if self._slowed else 0.0
+
     def _offset(self, error: float, rate_radps: float, fastest: float) -> float:
         """The error that the bias learns from. A large one is a turn, unless the boat does not turn: the weather then
         holds its bow, and would do so for ever."""
@@ -80,6 +109,11 @@ class YawLoop:
             return error
         stalled = self._by_difference and -math.copysign(rate_radps, error * rate_radps) < _STALLED_SHARE * fastest
         return math.copysign(_LARGE_ERROR_RAD, error) if stalled else 0.0
+
+
+def _in_bend(rate_radps: float) -> float:
+    """0 on a straight, 1 in a turn."""
+    return min(1.0, abs(rate_radps) / _BEND_RADPS)
 
 
 def _steers_by_difference(config: VesselConfig) -> bool:

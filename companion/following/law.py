@@ -30,6 +30,7 @@ from companion.params.store import Parameters
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track
 _REACH_M = 12.0  # along the track, in which the boat's place on it is sought
 _PREVIEW_S = 0.35  # lag of the yaw loop
+_PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
 _COAST_SHARE = 0.9  # of the way that is left, in which the hull must be able to run out
 _LEAST_MPS = 0.3  # a slower velocity has no direction
@@ -105,6 +106,7 @@ class FollowLaw:
         self._side = EITHER
         self._yaw: float | None = None
         self._cruising_mps = 0.0
+        self._preview_s = _PREVIEW_S
         self._resting = False
         self._asked = (0.0, math.pi)  # distance and bearing of the follow position, as asked for
 
@@ -153,8 +155,17 @@ class FollowLaw:
         self._clearance.reset()
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
 
-    def update(self, nav: NavState, leader: Leader, follow_position: tuple[float, float], now_s: float) -> FollowMotion:
-        """One step: the motion that leads to the follow position, or keeps clear of the leader."""
+    def update(
+        self,
+        nav: NavState,
+        leader: Leader,
+        follow_position: tuple[float, float],
+        now_s: float,
+        steers_late_s: float = 0.0,
+    ) -> FollowMotion:
+        """One step: the motion that leads to the follow position, or keeps clear of the leader. `steers_late_s`: by how
+        much the yaw loop answers later than the file says."""
+        self._preview_s = _PREVIEW_S + _PREVIEW_SHARE * steers_late_s
         changed, self._asked = follow_position != self._asked, follow_position
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
@@ -217,7 +228,7 @@ class FollowLaw:
         track.trim(min(s, track.end_s_m - self.distance_m))
         goal_s = track.end_s_m - self.distance_m
         speed = self._speed(leader.speed_mps, goal_s - s, leader.acceleration_mps2)
-        ahead = track.at(s + _PREVIEW_S * self._cruising_mps)
+        ahead = track.at(s + self._preview_s * self._cruising_mps)
         drift = nav.east_mps * math.cos(here.course_rad) - nav.north_mps * math.sin(here.course_rad)
         along = nav.north_mps * math.cos(here.course_rad) + nav.east_mps * math.sin(here.course_rad)
         turn = max(0.0, along) * ahead.curvature_1pm - drift * look / (look * look + cross * cross)

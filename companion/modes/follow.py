@@ -166,7 +166,7 @@ class FollowMode(Mode):
         nav, leader = inputs.nav, inputs.leader
         if leader is None:
             return self._wait(nav, inputs)
-        motion = self.law.update(nav, leader, inputs.station, inputs.now_s)
+        motion = self.law.update(nav, leader, inputs.station, inputs.now_s, inputs.steers_late_s)
         by_thesis = self._parameters["FOLL_LAW"] == _THESIS
         if by_thesis and not self._by_thesis:
             self._thesis.start()

@@ -82,7 +82,7 @@ class SupervisorParts:
         self.nav = NO_ESTIMATE
         self.inputs = Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved = ZERO_WRENCH
+        self.achieved, self.steers_late_s = ZERO_WRENCH, 0.0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic = TrafficTracker(config.mmsi)
@@ -198,6 +198,7 @@ class SupervisorParts:
             now_s=now_s,
             dt_s=dt_s,
             achieved=self.achieved,
+            steers_late_s=self.steers_late_s,
             failed=self.failed,
             up=self.retraction.up,
             leader=self.leader_now(now_s),

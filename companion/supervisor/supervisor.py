@@ -138,6 +138,10 @@ class Supervisor(Requests):
         """The wrench that the thrusters give in this cycle, from the allocation."""
         self.parts.achieved = achieved
 
+    def steers_late(self, by_s: float) -> None:
+        """The boat answers its helm later by that than its file says."""
+        self.parts.steers_late_s = by_s
+
     def thruster_failed(self, index: int, failed: bool) -> None:
         """A thruster has failed, or works again."""
         parts = self.parts

@@ -11,10 +11,12 @@ import numpy as np
 
 from companion.allocation.geometry import thrusters_of
 from companion.analysis.polar import wrench_against
+from companion.config.losses import LossConfig
 from companion.config.sea import SeaState
 from companion.config.vessel import PlantConfig, VesselConfig, find, load
 from companion.core.actuation import Wrench
 from companion.positioning.consequence import is_met
+from sitl.battery import FULL_V, BatteryModel
 from sitl.gusts import at_ten_metres
 from sitl.rough_water import rough_plant, wind_sea
 from sitl.sea_state import components, parse_sea
@@ -53,9 +55,19 @@ def static_height_m(name: str, from_rad: float) -> float:
 @cache
 def static_wind_mps(name: str, from_rad: float) -> float:
     """The mean wind at the boat in rough water whose force, with the drift of its waves, the boat's allocation just
-    balances with what the hull and the wind's centre take; the mean of a few seeds. 20 m/s at most."""
+    balances with what the hull, the wind's centre and the battery's sag take; the mean of a few seeds. 20 m/s at most.
+    """
+    return sum(_wind_mps(load(find(name)), from_rad, seed, 1.0) for seed in range(_SEEDS)) / _SEEDS
+
+
+@cache
+def least_static_wind_mps(name: str, from_rad: float) -> float:
+    """As `static_wind_mps`, of a boat whose wind areas are as much larger than believed as rough water may make
+    them."""
     vessel = load(find(name))
-    return sum(_wind_mps(vessel, from_rad, seed) for seed in range(_SEEDS)) / _SEEDS
+    assert vessel.sitl is not None
+    area = 1.0 + vessel.sitl.rough.windage_error
+    return sum(_wind_mps(vessel, from_rad, seed, area) for seed in range(_SEEDS)) / _SEEDS
 
 
 def _height_m(vessel: VesselConfig, from_rad: float, seed: int) -> float:
@@ -65,21 +77,39 @@ def _height_m(vessel: VesselConfig, from_rad: float, seed: int) -> float:
     return _most(vessel, demand, _MOST_M)
 
 
-def _wind_mps(vessel: VesselConfig, from_rad: float, seed: int) -> float:
+def _wind_mps(vessel: VesselConfig, from_rad: float, seed: int, area: float) -> float:
+    """`area`: the wind areas over those that the vessel's file gives."""
     assert vessel.sitl is not None
     rough = vessel.sitl.rough
     plant = rough_plant(vessel, chosen_plant(vessel, None, True), rough)
     losses, (ahead_m, above_m) = plant.losses, plant.wind_centre_m or (0.0, 1.0)
-    left = 1.0 - (losses.deduction if losses is not None else 0.0)
 
     def demand(wind_mps: float) -> Wrench:
-        against = wrench_against(vessel, wind_mps, from_rad)
+        against = wrench_against(vessel, math.sqrt(area) * wind_mps, from_rad)
         state = wind_sea(at_ten_metres(rough.gusts, wind_mps, above_m), rough.fetch_m)
         x, y, n = (0.0, 0.0, 0.0) if state is None else _drift_of(vessel, plant, state, from_rad, seed)
         turning_nm = against.yaw_nm + ahead_m * against.sway_n - n
-        return Wrench((against.surge_n - x) / left, (against.sway_n - y) / left, turning_nm / left)
+        needed = Wrench(against.surge_n - x, against.sway_n - y, turning_nm)
+        left = _left(vessel, losses, needed)
+        return Wrench(needed.surge_n / left, needed.sway_n / left, needed.yaw_nm / left)
 
     return _most(vessel, demand, _MOST_MPS)
+
+
+def _left(vessel: VesselConfig, losses: LossConfig | None, needed: Wrench) -> float:
+    """Share of the thrust that the hull and the battery's sag leave while the thrusters give `needed`, of a full
+    battery. All thrusters are taken to share alike."""
+    if losses is None:
+        return 1.0
+    assert vessel.sitl is not None
+    left = deducted = 1.0 - losses.deduction
+    full_n = sum(thruster.max_n for thruster in vessel.thrusters)
+    for _ in range(_STEPS if losses.sag else 0):
+        throttle = min(1.0, math.hypot(needed.surge_n, needed.sway_n) / left / full_n)
+        battery = BatteryModel(vessel.sitl.battery_wh)
+        battery.step(vessel.sitl.hotel_power_w + vessel.sitl.full_power_w * throttle**1.5, 0.0)
+        left = deducted * (battery.voltage_v / FULL_V) ** 2
+    return left
 
 
 def _most(vessel: VesselConfig, demand: Callable[[float], Wrench], most: float) -> float:

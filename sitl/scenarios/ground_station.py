@@ -107,13 +107,14 @@ class GroundStation:
         self.send(mavlink.MAVLink_command_long_message(self.vessel, 1, number, 0, *padded))
         self._acknowledged(number, expect)
 
-    def _acknowledged(self, number: int, expect: int) -> None:
+    def _acknowledged(self, number: int, *expect: int) -> int:
         self.wait(f"ack of command {number}", lambda: any(a.command == number for a in self.acks), 3.0)
-        result = next(a.result for a in self.acks if a.command == number)
-        if result != expect:
+        result: int = next(a.result for a in self.acks if a.command == number)
+        if result not in expect:
             raise GroundStationTimeout(
-                f"command {number}: result {result}, expected {expect}; last texts: {self.texts[-3:]}"
+                f"command {number}: result {result}, expected {expect[0]}; last texts: {self.texts[-3:]}"
             )
+        return result
 
     def set_parameter(self, name: str, value: float) -> None:
         """Send PARAM_SET and wait for its echo. Raises GroundStationTimeout where none comes."""
@@ -141,8 +142,19 @@ class GroundStation:
 
     def reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> None:
         """Go to a point and hold it with that heading. COMMAND_INT, so that the point is exact to a centimetre."""
+        self._acknowledged(self._reposition(lat_deg, lon_deg, yaw_rad), mavlink.MAV_RESULT_ACCEPTED)
+
+    def offer_reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> bool:
+        """As `reposition`, but the vessel may refuse for the moment. Returns whether it goes."""
+        taken: int = mavlink.MAV_RESULT_ACCEPTED
+        result = self._acknowledged(
+            self._reposition(lat_deg, lon_deg, yaw_rad), taken, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+        )
+        return result == taken
+
+    def _reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> int:
         self.acks.clear()
-        number = mavlink.MAV_CMD_DO_REPOSITION
+        number: int = mavlink.MAV_CMD_DO_REPOSITION
         x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
         self.send(
@@ -150,7 +162,7 @@ class GroundStation:
                 self.vessel, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan
             )
         )
-        self._acknowledged(number, mavlink.MAV_RESULT_ACCEPTED)
+        return number
 
     def set_mode(self, custom_mode: int) -> None:
         """Set a mode and wait for it."""

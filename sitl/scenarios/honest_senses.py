@@ -96,7 +96,8 @@ def _faults(draw: random.Random, duration_s: float, vessel: str) -> list[str]:
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Hold, go to one point after the other, or sail a mission there."""
+    """Hold, go to one point after the other, or sail a mission there. A go-to that the boat refuses for the moment, its
+    heading being lost, is asked for again."""
     rig = gcs.rig
     day, draw = _DAYS.get(rig.conditions.vessel, _ANY_DAY), _random(rig.conditions.seed, "sail")
     frame = LocalFrame(rig.config.home.lat_deg, rig.config.home.lon_deg)
@@ -111,11 +112,14 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     if kind != "mission":
         gcs.reposition(rig.config.home.lat_deg, rig.config.home.lon_deg, rig.config.home.yaw_rad)
     end_s = rig.now_s + number(settings, "duration")
+    asked: tuple[float, float, float] | None = None  # a go-to that was refused for the moment
     while rig.now_s < end_s:
         gcs.sail(min(draw.uniform(20.0, 60.0), end_s - rig.now_s + 0.1))
         if kind == "points" and _holds(gcs):
-            gcs.reposition(*frame.to_geodetic(*places.pop()), draw.uniform(-math.pi, math.pi))
-            places = places or [(0.0, 0.0)]
+            if asked is None:
+                asked = (*frame.to_geodetic(*places.pop()), draw.uniform(-math.pi, math.pi))
+                places = places or [(0.0, 0.0)]
+            asked = None if gcs.offer_reposition(*asked) else asked
     return {"hours": rig.now_s / 3600.0}
 
 

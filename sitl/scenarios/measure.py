@@ -96,6 +96,12 @@ def between(track: Track, from_s: float, to_s: float = math.inf) -> Track:
     return [row for row in track if from_s <= row["t_s"] <= to_s]
 
 
+def means(values: Sequence[float], width: int) -> list[float]:
+    """The mean of every `width` values in a row, from the first on."""
+    sums = [0.0, *itertools.accumulate(values)]
+    return [(b - a) / width for a, b in zip(sums, sums[width:], strict=False)]
+
+
 def rms(values: Sequence[float]) -> float:
     """Root mean square."""
     return math.sqrt(sum(value * value for value in values) / len(values)) if values else math.nan

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +14,19 @@ from sitl.gusts import parse_wind
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check, Track, between, distance_to, read_truth, rms
+from sitl.scenarios.measure import Check, Track, between, distance_to, means, read_truth, rms
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 from sitl.sea_state import parse_sea
 
 _FROM_RAD = math.radians(90.0)  # of a sea or wind without a direction
+_LOOK_S = 1.0
 _MEAN_S = 10.0  # motion slower than that is the controller's affair
 _LOST_LENGTHS = 1.0  # distance in boat lengths beyond which the place counts as lost
+_THERE_LENGTHS, _BACK_S = (
+    0.5,
+    60.0,
+)  # how near the boat must come before it holds, and how much longer than usual it may take
 
 
 def _from_rad(settings: Settings) -> float:
@@ -62,19 +66,28 @@ def _parted(text: str) -> tuple[str, str]:
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Hold at home with that heading for the setting `time`, after settling."""
+    """Hold at home with that heading for the setting `time`, after settling, and once the boat is there: weather has
+    driven it off while it was not armed yet."""
     config, yaw_rad = gcs.rig.config, _yaw_rad(settings)
     gcs.ready()
     gcs.set_mode(0x03040000)
     gcs.arm()
     gcs.reposition(config.home.lat_deg, config.home.lon_deg, yaw_rad)
+    begin_s = gcs.rig.now_s
     gcs.sail(SETTLE_S)
+    while _off_m(gcs) > _THERE_LENGTHS * config.length_m and gcs.rig.now_s < begin_s + SETTLE_S + _BACK_S:
+        gcs.sail(_LOOK_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))
     return {
-        "from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": yaw_rad, "length_m": config.length_m,
+        "begin_s": begin_s, "from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": yaw_rad, "length_m": config.length_m,
         "thrusters": thrusters_of(config),
     }  # fmt: skip
+
+
+def _off_m(gcs: GroundStation) -> float:
+    truth = gcs.rig.world.truth
+    return math.hypot(truth.north_m, truth.east_m)
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
@@ -93,6 +106,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "heading_rms_deg": rms(headings),
         "used_n": math.hypot(*(sum(axis) / len(used) for axis in zip(*used, strict=True))),
         "thrust_percent": 100.0 * sum(given) / len(given) / sum(thruster.full_n for thruster in asked["thrusters"]),
+        "there_s": asked["from_s"] - asked["begin_s"],
         "kept": float(slow_max_m <= _LOST_LENGTHS * asked["length_m"]),
     }
     limit_m = _LOST_LENGTHS * asked["length_m"]
@@ -102,11 +116,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def _slow(track: Track) -> list[tuple[float, float]]:
     """Place as its mean over `_MEAN_S`."""
     width = max(1, round(_MEAN_S * (len(track) - 1) / (track[-1]["t_s"] - track[0]["t_s"])))
-    means = []
-    for axis in ("north_m", "east_m"):
-        sums = [0.0, *accumulate(row[axis] for row in track)]
-        means.append([(b - a) / width for a, b in zip(sums, sums[width:], strict=False)])
-    return list(zip(*means, strict=True))
+    north, east = (means([row[axis] for row in track], width) for axis in ("north_m", "east_m"))
+    return list(zip(north, east, strict=True))
 
 
 def _net(row: dict[str, float], asked: dict[str, Any]) -> tuple[float, float]:

@@ -69,3 +69,41 @@ def test_a_large_error_turns_the_boat_at_the_rate_of_its_parameter(name: str) ->
         rate_radps += 0.1 * (given_nm - resisted_nm(rate_radps)) / boat.hull.m33_kgm2
     reachable = min(fastest, next(r / 1000 for r in range(1, 4000) if resisted_nm(r / 1000) >= boat.limits.yaw_nm))
     assert 0.9 * reachable <= -rate_radps <= 1.05 * fastest
+
+
+def slowed(rate_dps: float = 14.0) -> YawLoop:
+    """A loop whose nozzle is found to turn at that rate instead of 70 degrees a second."""
+    loop = YawLoop(JET_BOAT, Parameters(JET_BOAT.parameters))
+    loop.steers_at(math.radians(rate_dps))
+    return loop
+
+
+def learned_nm(loop: YawLoop, turning_radps: float, for_s: float, begin_nm: float = 0.0) -> float:
+    """The moment that the loop learns from a steady error of 0.1 rad, in a turn at that rate."""
+    bias = BiasForce(JET_BOAT.limits)
+    bias.grow(0.0, 0.0, begin_nm, 0.0, 1.0)
+    nav = replace(NO_ESTIMATE, yaw_rad=0.1, yaw_rate_radps=turning_radps, surge_mps=8.0)
+    for _ in range(round(for_s / 0.1)):
+        loop.moment_nm(PathSetpoint(0.0, 8.0, yaw_rate_radps=turning_radps), nav, bias, 0.1)
+    return bias.in_body(0.0)[2]
+
+
+def test_a_loop_with_slow_steering_tells_by_how_much_it_is_later() -> None:
+    """At 14 degrees a second in place of 70 its bandwidth is 14/24 1/s in place of the parameter's 1.8."""
+    assert slowed().late_s == pytest.approx(24.0 / 14.0 - 1.0 / 1.8)
+    assert slowed(70.0).late_s == 0.0
+
+
+def test_slow_steering_learns_an_offset_sooner_on_straights() -> None:
+    kp = JET_BOAT.hull.m33_kgm2 * (14.0 / 24.0) ** 2
+    assert learned_nm(slowed(), 0.0, 10.0) < -1.5 * kp * 0.1
+
+
+def test_slow_steering_forgets_in_bends() -> None:
+    """What wind and waves turn it by is other after a bend, and its lag in one is no offset: so it left every bend with
+    the bow off by 28 degrees for half a minute."""
+    bend_radps = math.radians(16.0)
+    assert learned_nm(slowed(), bend_radps, 10.0) == 0.0
+    assert 0.0 < learned_nm(slowed(), bend_radps, 6.0, 45.0) < 0.3 * 45.0
+    assert learned_nm(slowed(70.0), bend_radps, 1.0) < 0.0, "with the steering as configured it learns there"
+    assert learned_nm(slowed(60.0), bend_radps, 1.0) < 0.0, "and with one that is slower but fast enough"

@@ -76,6 +76,17 @@ def test_gap_and_track_through_a_sharp_turn() -> None:
             )
 
 
+def test_a_boat_that_steers_late_looks_further_along_the_track() -> None:
+    """So it begins a bend sooner: of two boats at one place of it, that one asks for the course further round."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(20.0, 8.2)
+    chase.sail(3.0, 8.2, 0.26)
+    nav, leader = chase.boat.nav, chase.lead.step(8.2, 0.26)
+    usual = chase.law.update(nav, leader, ASTERN, chase.now_s)
+    late = chase.law.update(nav, leader, ASTERN, chase.now_s, steers_late_s=1.2)
+    assert late.course_rad > usual.course_rad + 0.02
+
+
 def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
     """The look-ahead took both boats at different moments, half a second apart, and held the boat 20 m too far off."""
     chase = astern_of(Lead(0.0, 0.0), 45.0)

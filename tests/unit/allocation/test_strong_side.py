@@ -1,0 +1,90 @@
+"""A thruster that has long pushed hard astern turns round to push ahead, where it is stronger, and pushes meanwhile."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.allocation.allocator import Allocator
+from companion.allocation.geometry import thrusters_of
+from companion.allocation.strong_side import StrongSide
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import Allocation, Wrench
+from companion.params.store import Parameters
+
+ABOAT, REVOLT = load(find("aboat")), load(find("revolt"))
+DT_S = 0.1
+
+
+def settled(a: Allocator, wrench: Wrench, for_s: float) -> list[Allocation]:
+    return [a.update(wrench, DT_S) for _ in range(round(for_s / DT_S))]
+
+
+def pushed_astern() -> Allocator:
+    """ÅBOAT after a moment to port: its stern thruster points to port and pushes to starboard in reverse."""
+    a = Allocator(ABOAT, Parameters(ABOAT.parameters))
+    settled(a, Wrench(0.0, 0.0, 60.0), 5.0)
+    before = settled(a, Wrench(0.0, 150.0, 0.0), 3.0)[-1]
+    assert min(command.force_n for command in before.thrusters) < -50.0, "the case is no longer that of this test"
+    return a
+
+
+def test_a_rising_wind_gets_the_full_thrust_of_both_thrusters() -> None:
+    a = pushed_astern()
+    settled(a, Wrench(0.0, 250.0, 0.0), 20.0)
+    full = settled(a, Wrench(0.0, ABOAT.limits.sway_n, 0.0), 5.0)[-1]
+    assert all(command.force_n > 0.0 for command in full.thrusters)
+    assert full.achieved.sway_n == pytest.approx(ABOAT.limits.sway_n, rel=0.02)
+
+
+def test_most_of_the_thrust_goes_on_while_it_turns() -> None:
+    wanted_n = 200.0
+    sailed = settled(pushed_astern(), Wrench(0.0, wanted_n, 0.0), 20.0)
+    missing_ns = sum(wanted_n - allocation.achieved.sway_n for allocation in sailed) * DT_S
+    assert missing_ns < 2.0 * wanted_n, "4 s of the turn without thrust would miss twice as much"
+    assert all(abs(allocation.achieved.yaw_nm) < 0.15 * ABOAT.limits.yaw_nm for allocation in sailed)
+
+
+def way_round(config: VesselConfig, mean_n: float, now_n: float, azimuth_deg: float) -> float | None:
+    thrusters = thrusters_of(config)
+    strong = StrongSide(thrusters)
+    for _ in range(300):
+        strong.see([mean_n] * len(thrusters), DT_S)
+    target_rad = strong.way_round_rad(0, thrusters[0], now_n, math.radians(azimuth_deg))
+    return None if target_rad is None else math.degrees(target_rad)
+
+
+@pytest.mark.parametrize(
+    ("mean_n", "now_n", "azimuth_deg", "target_deg"),
+    [
+        (-100.0, -90.0, -90.0, 90.0),  # in a lull
+        (-100.0, -110.0, -90.0, None),  # not when more is asked than usual
+        (-175.0, -180.0, -90.0, 90.0),  # but at its end, where no lull comes
+        (-50.0, -40.0, -90.0, None),  # little is asked
+        (100.0, 90.0, -90.0, None),  # pushes ahead
+        (-100.0, -90.0, -50.0, 115.0),  # 15° off is near enough
+        (-100.0, -90.0, -20.0, None),  # opposite lies what is forbidden
+        (-100.0, -90.0, 90.0, -90.0),
+    ],
+)
+def test_it_turns_where_that_gains_thrust(
+    mean_n: float, now_n: float, azimuth_deg: float, target_deg: float | None
+) -> None:
+    assert way_round(ABOAT, mean_n, now_n, azimuth_deg) == (
+        target_deg if target_deg is None else pytest.approx(target_deg)
+    )
+
+
+def test_a_thruster_that_is_as_strong_astern_stays() -> None:
+    assert way_round(REVOLT, -20.0, -15.0, -90.0) is None
+
+
+def test_after_the_turn_it_has_to_push_astern_anew() -> None:
+    thrusters = thrusters_of(ABOAT)
+    strong = StrongSide(thrusters)
+    for _ in range(300):
+        strong.see([-100.0, -100.0], DT_S)
+    strong.turned(0)
+    assert strong.way_round_rad(0, thrusters[0], -90.0, -1.5) is None
+    assert strong.way_round_rad(1, thrusters[1], -90.0, -1.5) is not None
