@@ -7,19 +7,20 @@ from pathlib import Path
 import pytest
 
 from companion.cli.rig import LockstepRig
+from companion.config.vessel import bundled
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 
 WAYS = ("heading", "manual", "forces", "mission", "late")
 
 
-def stop(folder: Path, seed: int, **changes: str) -> dict[str, float]:
-    outcome = run(SCENARIOS["fence_stop"], LockstepRig, folder, seed=seed, changes=changes)
+def stop(folder: Path, seed: int, vessel: str | None = None, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS["fence_stop"], LockstepRig, folder, seed=seed, vessel=vessel, changes=changes)
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize(("by", "seed"), [("heading", 0), ("late", 2)])
+@pytest.mark.parametrize(("by", "seed"), [("heading", 5000), ("late", 2)])
 def test_stops_inside(tmp_path: Path, by: str, seed: int) -> None:
     metrics = stop(tmp_path, seed, by=by)
     assert metrics["middle_short_of_line_m"] < 6.0, "it is slowed down no earlier than it must"
@@ -30,6 +31,13 @@ def test_stops_inside(tmp_path: Path, by: str, seed: int) -> None:
 @pytest.mark.parametrize("by", WAYS)
 def test_stops_inside_sweep(tmp_path: Path, by: str, seed: int) -> None:
     stop(tmp_path, seed, by=by)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("by", ["heading", "forces", "mission"])
+@pytest.mark.parametrize("vessel", bundled())
+def test_every_boat_stops_inside(tmp_path: Path, vessel: str, by: str) -> None:
+    stop(tmp_path, 5003, vessel=vessel, by=by)
 
 
 @pytest.mark.sweep
