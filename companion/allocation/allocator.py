@@ -11,7 +11,7 @@ from companion.allocation.solver import AllocationSolver, Problem
 from companion.allocation.strong_side import StrongSide
 from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
 from companion.params.store import Parameters
 
@@ -177,7 +177,7 @@ class Allocator(_AllocatorBase):
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._largest_share(wrench, allocation.achieved)
-        self._asked = self._largest_share(wrench, Wrench(0.0, 0.0, 0.0))
+        self._asked = self._largest_share(wrench, ZERO_WRENCH)
         return allocation
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from companion.allocation.propulsion import can_reverse
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.dimensions.limits import support_n
 from companion.config.vessel import VesselConfig
 
 _KEPT_SHARE = 0.8  # of the top speed astern: the rest of the thrust is for wind and steering
@@ -24,18 +24,12 @@ def stern_first_refusal(thrusters: Sequence[ThrusterConfig]) -> str | None:
 
 
 def astern_n(config: VesselConfig) -> float:
-    """The thrust astern, within the limit of surge. An azimuth thruster turns round, others reverse."""
-    return min(config.limits.surge_n, sum(_astern_n(thruster) for thruster in config.thrusters))
+    """The thrust astern, within the limit of surge. An azimuth thruster turns round as far as it can, others
+    reverse."""
+    return min(config.limits.surge_n, sum(support_n(thruster, -1.0, 0.0, 0.0) for thruster in config.thrusters))
 
 
 def stern_first_mps(config: VesselConfig) -> float:
     """The highest speed through the water to sail stern first at: a share of that at full thrust astern, with the drag
     of the hull ahead."""
     return _KEPT_SHARE * top_speed_mps(config.hull, astern_n(config))
-
-
-def _astern_n(thruster: ThrusterConfig) -> float:
-    if thruster.turns_round:
-        return max(thruster.max_n, -thruster.min_n)
-    along = math.cos(thruster.azimuth_rad)
-    return max(0.0, -thruster.min_n * along, -thruster.max_n * along)

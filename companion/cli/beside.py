@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.app import program_version
-from companion.cli.common import UsageError, seeds
-from companion.core.nearest import did_you_mean
+from companion.cli.common import UsageError, chosen, seeds
 
 if TYPE_CHECKING:
     from sitl.evaluate.beside import Row, Rows
@@ -37,13 +36,9 @@ def _beside(arguments: argparse.Namespace) -> int:
     from sitl.evaluate.beside import Rows
     from sitl.evaluate.tasks import TASKS
 
-    if arguments.task == ["list"]:
-        print("\n".join(TASKS))
+    names = chosen("task", arguments.task, TASKS)
+    if not names:
         return 0
-    names = arguments.task or list(TASKS)
-    for name in names:
-        if name not in TASKS:
-            raise UsageError(f"no task '{name}'{did_you_mean(name, TASKS)}; --task list shows them")
     if not arguments.binary.is_file():
         raise UsageError(f"{arguments.binary}: no such file")
     arguments.out.mkdir(parents=True, exist_ok=True)

@@ -10,11 +10,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from companion.clock import DrivenClock
+from companion.core.nearest import did_you_mean
 from companion.core.ports import Clock
 
 _ENDING_S = 5.0  # in which a process may end by itself
@@ -28,6 +29,18 @@ def seeds(text: str) -> range:
     """The seeds `0-7`, or `3` alone. Raises ValueError."""
     first, _, last = text.partition("-")
     return range(int(first), int(last or first) + 1)
+
+
+def chosen(option: str, asked: Sequence[str], known: Collection[str]) -> list[str]:
+    """What `--option` names of what there is: all where it is left out, and nothing for `list`, which prints them.
+    Raises UsageError for a name that is not known."""
+    if list(asked) == ["list"]:
+        print("\n".join(known))
+        return []
+    for name in asked:
+        if name not in known:
+            raise UsageError(f"no {option} '{name}'{did_you_mean(name, known)}; --{option} list shows them")
+    return list(asked or known)
 
 
 def add_clock_to(parser: argparse.ArgumentParser) -> None:

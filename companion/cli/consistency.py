@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from companion.app import load_vessel, program_version
-from companion.cli.common import UsageError, seeds
-from companion.core.nearest import did_you_mean
+from companion.cli.common import UsageError, chosen, seeds
 
 if TYPE_CHECKING:
     from sitl.evaluate.consistency import Believed, Run
@@ -69,13 +68,9 @@ class _Work:
 def _consistency(arguments: argparse.Namespace) -> int:
     from sitl.evaluate.consistency import CASES
 
-    if arguments.case == ["list"]:
-        print("\n".join(CASES))
+    names = chosen("case", arguments.case, CASES)
+    if not names:
         return 0
-    names = arguments.case or list(CASES)
-    for name in names:
-        if name not in CASES:
-            raise UsageError(f"no case '{name}'{did_you_mean(name, CASES)}; --case list shows them")
     if len(arguments.seeds) < 2:
         raise UsageError("--seeds: two or more")
     load_vessel(arguments.vessel)

@@ -130,7 +130,8 @@ class ModeDeclaration:
     16 | sub << 24; the generic persona sends the same. `rover`: ArduPilot Rover's mode number; `rover_aliases`,
     `px4_aliases`: numbers that are understood too; `rover_orders`: how the mode is then to be sailed. `standard_mode`:
     MAV_STANDARD_MODE by which the mode can be asked for (0: none); `shows_standard`: it is reported too. `by_stick`:
-    sticks steer, and their silence is a failure. `allocates`: the allocation drives the thrusters, and retractable ones
+    sticks steer, and their silence is a failure. `slows`: it slows down by itself ahead of the
+    fence while the heading is known. `allocates`: the allocation drives the thrusters, and retractable ones
     are down. `early`: it may be chosen while disarmed although it cannot be entered yet; arming asks again.
     `selectable`: ground stations offer it; `advanced`: to experts only. `has_plan`: it leads somewhere by itself
     (MAV_MODE_FLAG_AUTO). `commands`: MAV_CMD numbers of its own. `refusals`: why it cannot be entered; the first whose
@@ -148,6 +149,7 @@ class ModeDeclaration:
     standard_mode: int = 0
     shows_standard: bool = False
     by_stick: bool = False
+    slows: bool = False
     allocates: bool = True
     needs: frozenset[Need] = SELF_STEERED_NEEDS
     early: bool = False

@@ -39,7 +39,6 @@ _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
 _STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
-_SLOWING = (ModeId.HEADING, ModeId.RATE)  # modes of sticks that slow down ahead of the fence, with a heading
 _SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
 _SLOWED_S = 2.0  # for how long the state "slowed" lasts after that
 
@@ -55,6 +54,11 @@ class SteeredMode(Protocol):
     @property
     def by_stick(self) -> bool:
         """Whether the operator's sticks steer."""
+        ...
+
+    @property
+    def slows(self) -> bool:
+        """Whether it slows down by itself ahead of the fence while the heading is known."""
         ...
 
     @property
@@ -318,8 +322,7 @@ class FenceGuard:
             if not self._entered:
                 self._events.say(now_s, TextKind.ROUTINE, "fence_entered", "Inside the fence: enforced from now on")
         self._entered = self._entered or not outside
-        kept_m = areas.keeping.margin(nav.north_m, nav.east_m).distance_m
-        self._kept = armed and (self._kept or kept_m > 0.0)
+        self._kept = armed and (self._kept or areas.keeping.margin(nav.north_m, nav.east_m).distance_m > 0.0)
         if self._breached:
             self.cause = "Outside the fence" if self._entered else None
         else:
@@ -363,8 +366,7 @@ class FenceGuard:
         if speed > _DRIFT_MPS:
             way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
         need_m = 0.0
-        slows = mode.id in _SLOWING and nav.heading_valid
-        if not slows and edge.distance_m > 0.0:
+        if not (mode.slows and nav.heading_valid) and edge.distance_m > 0.0:
             stop = stopping_point(nav, self._parameters)
             need_m = math.dist(stop, (nav.north_m, nav.east_m)) + _DECIDE_S * speed
         near = areas.fence.margin(nav.north_m, nav.east_m)

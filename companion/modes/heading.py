@@ -35,6 +35,7 @@ class HeadingMode(Mode):
         px4=0x00070000,
         rover=3,  # STEERING
         by_stick=True,
+        slows=True,
         needs=frozenset({Need.HEADING}),
     )
 

@@ -51,6 +51,11 @@ class Mode(ABC):
         return self.declaration.by_stick
 
     @property
+    def slows(self) -> bool:
+        """Whether the operator's sticks are slowed down ahead of the fence while the heading is known."""
+        return self.declaration.slows
+
+    @property
     def needs_position(self) -> bool:
         """Whether the mode needs a valid position."""
         return Need.POSITION in self.declaration.needs

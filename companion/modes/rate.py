@@ -41,6 +41,7 @@ class RateMode(Mode):
         px4=0x00050000,  # ACRO
         rover=1,  # ACRO
         by_stick=True,
+        slows=True,
         needs=frozenset(),
     )
 

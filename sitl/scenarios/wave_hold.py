@@ -23,10 +23,8 @@ _FROM_RAD = math.radians(90.0)  # of a sea or wind without a direction
 _LOOK_S = 1.0
 _MEAN_S = 10.0  # motion slower than that is the controller's affair
 _LOST_LENGTHS = 1.0  # distance in boat lengths beyond which the place counts as lost
-_THERE_LENGTHS, _BACK_S = (
-    0.5,
-    60.0,
-)  # how near the boat must come before it holds, and how much longer than usual it may take
+_THERE_LENGTHS = 0.5  # so near must the boat be before it is judged
+_BACK_S = 60.0  # beside the usual time to settle; then it is judged wherever it is
 
 
 def _from_rad(settings: Settings) -> float:

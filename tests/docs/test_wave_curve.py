@@ -10,7 +10,14 @@ import pytest
 
 from companion.analysis.polar import wrench_against
 from companion.config.vessel import find, load
-from docs.generate.wave_balance import FROM_BEAM, FROM_BOW, mean_drift, static_height_m, static_wind_mps
+from docs.generate.wave_balance import (
+    FROM_BEAM,
+    FROM_BOW,
+    least_static_wind_mps,
+    mean_drift,
+    static_height_m,
+    static_wind_mps,
+)
 from docs.generate.wave_curve import points, vessels, wave_curve
 
 
@@ -61,3 +68,10 @@ def test_rough_water_balances_where_wind_and_waves_are_as_large_as_the_thrust() 
     assert abs(wrench_against(vessel, beam_mps, FROM_BEAM).sway_n) < 0.8 * vessel.limits.sway_n
     assert abs(wrench_against(vessel, 2.0 * beam_mps, FROM_BEAM).sway_n) > vessel.limits.sway_n
     assert static_wind_mps("revolt", FROM_BOW) > 2.0 * beam_mps
+
+
+def test_the_page_tells_the_balance_of_aboat() -> None:
+    usual_mps, least_mps = static_wind_mps("aboat", FROM_BEAM), least_static_wind_mps("aboat", FROM_BEAM)
+    page = (Path(__file__).parents[2] / "docs" / "inside" / "sea.md").read_text(encoding="utf-8")
+    assert f"**ÅBOAT's balance** is {usual_mps:.1f} m/s" in page
+    assert f"With wind areas 20 % larger than believed it is {least_mps:.1f} m/s" in page
