@@ -232,6 +232,20 @@ class ErrorStateFilter:
         self._measure_position(float(sigmas[_P]) ** 2, ZERO)
         self._measure_heading(float(sigmas[_TH + 2]) ** 2)
 
+    def continue_from(self, other: ErrorStateFilter, position: Vector, variance: float) -> None:
+        """Go on with another filter's velocity, attitude and biases, at a measured position (m, `variance` m²). The
+        heading holds nothing of what measured headings are off by."""
+        self.position, self.velocity = position, other.velocity
+        self.quaternion, self.rotation = other.quaternion, other.rotation
+        self.accelerometer_bias, self.gyro_bias = other.accelerometer_bias, other.gyro_bias
+        self.rates, self.acceleration = other.rates, other.acceleration
+        self.covariance[:] = 0.0
+        self.covariance[:_MOTION, :_MOTION] = other.covariance[:_MOTION, :_MOTION]
+        self._forget((_P, _P + 1, _P + 2), variance)
+        self._measure_position(variance, ZERO)
+        self.heading_wander = 0.0
+        self._forget((_WH,), self._heading_wander.sigma**2)
+
     def _measure_position(self, variance: float, arm: Vector) -> None:
         """The position comes straight from a measurement at `arm` (NED) from it: it holds the whole of what that, and
         the attitude, are off by."""

@@ -30,11 +30,13 @@ from companion.nav.altitude import Altitude
 from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
+from companion.nav.error_state import ErrorStateFilter
+from companion.nav.heading_search import HeadingSearch, is_lost
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
-from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2, relative
 from companion.nav.measured_off import Wander
 from companion.nav.model_aid import ModelAid
 from companion.nav.mounting import Mounting
@@ -55,6 +57,7 @@ _WIND_TIMEOUT_S = 2.0
 _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
+_BY_MOTION_FACTOR = 2.0  # on the noise of positions and velocities that alone tell the heading
 _THESIS_RULE = 1
 
 
@@ -86,6 +89,7 @@ class Estimator:
         self._say = say
         self._corrections = corrections_of(config.sensors, parameters)
         self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say, self._corrections)
+        self._search = HeadingSearch()
         self._ahrs = ahrs_headings(config, parameters, self._corrections, baseline_ahrs)
         self._mounting = Mounting(config, parameters)
         self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
@@ -267,15 +271,18 @@ class Estimator:
         inertial = self._inertial
         if inertial is None or before != imu.source:
             inertial = self._carried_by(imu, before)
+            self._search.heard(imu.t_s)
         if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._recalibrated(imu.source)):
             self._leave_inertial(inertial.t_s)
         inertial.sample(imu)
+        if self._search.runs:
+            self._search.sample(imu)
         self._validity.imu(imu.t_s)
         if not inertial.running and self._pose.started and self._pose.oriented:
             motion = self._pose.motion(imu.t_s)
             surge_mps, _ = ned_to_body(motion.velocity[0], motion.velocity[1], motion.attitude[2])
             tilt = inertial.levelling.tilt(surge_mps)
-            if tilt is not None:
+            if tilt is not None and not is_lost(motion.yaw_sigma_rad):
                 inertial.start(motion, tilt, inertial.levelling.sigma_rad(surge_mps))
 
     def _carried_by(self, imu: Imu, before: str | None) -> InertialSolution:
@@ -396,7 +403,9 @@ class Estimator:
         if isinstance(solution, PoseSolution) and added_m2 > 0.0:
             solution.add_position_variance(added_m2)
         accuracies = self._accuracies
-        fused_sigma_m = accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        fused_sigma_m = (
+            self._noisier * accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        )
         slow_sigma_m = accuracies.slow_m(fix, sigma_m)
         if self._blends and rule is None:
             offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
@@ -422,6 +431,12 @@ class Estimator:
         if self._inertial is not None:
             another = before not in (None, fix.source) and not self._blends
             self._inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
+
+    @property
+    def _noisier(self) -> float:
+        """The factor by which positions and velocities count as noisier: where they alone tell the heading, what is
+        left of their slow errors would be taken for a turn."""
+        return _BY_MOTION_FACTOR if self._headings.by_motion else 1.0
 
     def _offset(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
@@ -471,21 +486,59 @@ class Estimator:
             return
         if used:
             self._aid_heading(velocity, sigma_mps, lever)
+            self._search_heading(velocity, sigma_mps, lever)
             if self._inertial is not None:
                 self._inertial.filter.expect_walk(self._accuracies.walk_mps_rthz(velocity, fix, sigma_mps))
         if self._pose.started:
             rule = self._begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
-            verdict = self._solution().velocity(velocity.t_s, *measured, lever, sigma_mps, rule)
+            verdict = self._solution().velocity(velocity.t_s, *measured, lever, self._noisier * sigma_mps, rule)
             if verdict is not Verdict.REJECT:
                 self._validity.velocity(velocity.t_s)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
-        course = self._headings.course(velocity)
+        solution, known_rad = self._solution(), math.inf
+        if self._headings.by_motion and isinstance(solution, InertialSolution):
+            known_rad = solution.filter.sigmas()[2]
+        course = self._headings.course(velocity, known_rad)
         if course is not None:
             self._fuse_heading(velocity.t_s, course)
         for ahrs in self._ahrs.values():
             ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
+
+    def _search_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
+        """Look for the heading by the boat's motion while nothing measures it."""
+        inertial, search, t_s = self._inertial, self._search, velocity.t_s
+        if inertial is None or not self._pose.started or not search.is_due(t_s):
+            return
+        if not inertial.feels:
+            search.heard(t_s)
+            return
+        if not search.runs:
+            lost, tilt = is_lost(self._solution().motion(inertial.t_s).yaw_sigma_rad), inertial.tilt()
+            if not lost or tilt is None:
+                return
+            speed_mps = math.hypot(velocity.north_mps, velocity.east_mps)
+            search.begin(inertial.t_s, tilt, inertial.levelling.sigma_rad(speed_mps), inertial.filter)
+        arm = relative(lever, inertial.lever_m)
+        found = search.velocity(t_s, velocity.north_mps, velocity.east_mps, arm, sigma_mps)
+        if found is not None:
+            self._orient(found)
+
+    def _orient(self, found: ErrorStateFilter) -> None:
+        """Go on with a filter that has found the heading."""
+        inertial = self._inertial
+        assert inertial is not None
+        t_s, motion = inertial.t_s, self._solution().motion(inertial.t_s)
+        # without a heading, the antenna may be on any side of the boat
+        arm_m = max(math.hypot(lever[0], lever[1]) for lever in (*self._levers.values(), ZERO))
+        inertial.continue_from(
+            found, replace(motion, position_sigma_m=math.hypot(motion.position_sigma_m, 2.0 * arm_m))
+        )
+        self._pose.heading(t_s, found.euler()[2], found.sigmas()[2], Verdict.RESET)
+        self._validity.heading(t_s, 0.0)
+        self._headings.found_by_motion(t_s)
+        self._search.heard(t_s)
 
     def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
         """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
@@ -520,6 +573,7 @@ class Estimator:
             solution.add_heading_variance(heading.added_sigma_rad**2)
         if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
             self._validity.heading(t_s, slow_sigma_rad)
+            self._search.heard(t_s)
 
     def _aid_by_model(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         """Let the hull model learn from the motion, and carry the velocity on where nothing measures it."""
@@ -576,7 +630,8 @@ class Estimator:
         return NavState(
             t_s=now_s,
             position_valid=pose.started and validity.position_valid(position_sigma_m, now_s),
-            heading_valid=pose.oriented and validity.heading_valid(yaw_sigma_rad, now_s, by_gyro),
+            heading_valid=pose.oriented
+            and validity.heading_valid(yaw_sigma_rad, now_s, by_gyro, self._headings.by_motion),
             lat_deg=lat,
             lon_deg=lon,
             altitude_m=self._altitude.altitude_m,

@@ -1,4 +1,5 @@
-"""The heading source in use and its accuracy: antenna baseline before compass before course over ground."""
+"""The heading source in use and its accuracy: antenna baseline before compass before the boat's motion before course
+over ground."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ from companion.core.readings import GroundVelocity, Heading, HeadingBy
 from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.corrections import SensorCorrections
 from companion.nav.sources import SourceSelector
+from companion.nav.validity import HEADING_COAST_RAD
 
 _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
@@ -32,7 +34,7 @@ _COURSE_AFTER_S = 2.0  # without a heading
 _DECLINATION_REACH_M = 20_000.0
 _DECLINATION_NEAR_DEG = 0.1  # within 12 km anywhere, so within reach: a cheap test, for 50 fields a second
 _DECLINATION_REACH_YEARS = 0.2
-_COMPASS, _COURSE = " compass", "course over ground"
+_COMPASS, _COURSE, _MOTION = " compass", "course over ground", "motion"
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +85,9 @@ class Declination:
 class HeadingSources:
     """`Heading` readings of all sources → true headings of the source in use.
 
-    The order is: baselines as in the vessel's file, pairs of receivers, compasses, course over ground. The first that
-    is alive is used; `SourceSelector` goes back to a better one after some seconds without a break. A change is
-    announced, a fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a
+    The order is: baselines as in the vessel's file, pairs of receivers, compasses, motion, course over ground. The
+    first that is alive is used; `SourceSelector` goes back to a better one after some seconds without a break. A change
+    is announced, a fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a
     heading last came.
     """
 
@@ -96,7 +98,9 @@ class HeadingSources:
         pairs = antenna_pairs(config.sensors)
         names = {row.name: row.timeout_s for row in config.sensors} | {pair.name: pair.timeout_s for pair in pairs}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
-        self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
+        self._ranks = {
+            name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _MOTION, _COURSE])
+        }
         self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
         self._configured |= {pair.name: (None, pair.wander_rad) for pair in pairs}
         self._wander_s = {row.name: row.heading_wander_s for row in config.sensors}
@@ -112,6 +116,11 @@ class HeadingSources:
     def used(self) -> str | None:
         """The source in use; None before the first heading."""
         return self._used
+
+    @property
+    def by_motion(self) -> bool:
+        """Whether the heading comes from the boat's motion alone, which nothing measures but the receiver."""
+        return self._used in (_MOTION, _COURSE)
 
     def measured(self, heading: Heading, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> Measured | None:
         """The true heading of a reading, whether or not its source is in use; None where a compass is unusable. Place
@@ -153,8 +162,15 @@ class HeadingSources:
         """Declination in rad, positive east; None where a compass is unusable."""
         return self._declination.at(lat_deg, lon_deg, time_unix_ns)
 
-    def course(self, velocity: GroundVelocity) -> TrueHeading | None:
-        """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow."""
+    def found_by_motion(self, t_s: float) -> None:
+        """The estimator has found the heading by the boat's motion (`heading_search`), and keeps it by that."""
+        self._use(Measured(t_s, _MOTION, 0.0, 0.0, 0.0))
+
+    def course(self, velocity: GroundVelocity, known_rad: float = math.inf) -> TrueHeading | None:
+        """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow.
+        `known_rad`: one sigma of the estimate's own heading."""
+        if self.by_motion and known_rad <= HEADING_COAST_RAD:
+            return None
         t_s, speed_mps = velocity.t_s, math.hypot(velocity.north_mps, velocity.east_mps)
         in_use = self._used == _COURSE and t_s - self._course_s <= _COURSE_AFTER_S
         if speed_mps < (_COURSE_KEPT_MPS if in_use else _COURSE_SPEED_MPS):
@@ -180,8 +196,8 @@ class HeadingSources:
         return TrueHeading(heading.yaw_rad, heading.sigma_rad, slow_sigma_rad, heading.wander_s, anew, added)
 
     def _rank(self, source: str) -> int:
-        # a source that is not in the vessel's file ranks just before course over ground
-        return self._ranks.get(source, len(self._ranks) - 2)
+        # a source that is not in the vessel's file ranks just before the boat's motion
+        return self._ranks.get(source, len(self._ranks) - 3)
 
 
 def _wander_rad(row: SensorConfig) -> float | None:

@@ -76,6 +76,16 @@ class InertialSolution:
         self.filter.start((0.0, 0.0, 0.0), motion.velocity, attitude, sigmas)
         arm = rotate(self.filter.rotation, self._imu_lever_m)
         self.filter.position = (motion.position[0] + arm[0], motion.position[1] + arm[1], 0.0)
+        self._begin()
+
+    def continue_from(self, found: ErrorStateFilter, motion: Motion) -> None:
+        """Begin from a filter of the same sensor that knows the heading, at another solution's position."""
+        arm = rotate(found.rotation, self._imu_lever_m)
+        position = motion.position[0] + arm[0], motion.position[1] + arm[1], 0.0
+        self.filter.continue_from(found, position, max(motion.position_sigma_m, 0.02) ** 2)
+        self._begin()
+
+    def _begin(self) -> None:
         self._clear_gates()
         self.odometer.begin()
         self._memory.clear()
@@ -148,6 +158,10 @@ class InertialSolution:
         after_north, after_east, _ = filter_.velocity
         self._memory.sample(self.t_s, force, rates, dt_s)
         self.odometer.add(dt_s, after_north - north, after_east - east, filter_.turn_radps, filter_.gyro_bias[2])
+
+    def tilt(self) -> tuple[float, float] | None:
+        """(roll_rad, pitch_rad) by the filter, or by gravity before it runs; None in the first second."""
+        return self.filter.euler()[:2] if self.running else self.levelling.tilt()
 
     def go_back(self, since_s: float) -> bool:
         """Take the filter back to before `since_s`, and on from there by the inertial sensor alone: what was fused

@@ -8,8 +8,9 @@ import math
 from companion.nav.solution import Motion
 from companion.params.store import Parameters
 
+HEADING_COAST_RAD = math.radians(5.0)  # largest sigma at which the gyro alone may carry the heading
+_HEADING_BY_MOTION_RAD = math.radians(10.0)  # the same, where the boat's motion is all that ever tells the heading
 _HEADING_USABLE_RAD = math.radians(20.0)
-_HEADING_COAST_RAD = math.radians(5.0)  # largest sigma at which the gyro alone may carry the heading
 _CARRIED_AGE_S = 1.0  # age of the velocity up to which it carries the position
 
 
@@ -76,13 +77,14 @@ class Validity:
         lately = now_s - self.position_s <= self._parameters["FS_POS_T"] or self.carried(now_s)
         return lately and position_sigma_m <= self._parameters["COM_POS_FS_EPH"]
 
-    def heading_valid(self, yaw_sigma_rad: float, now_s: float, by_gyro: bool) -> bool:
+    def heading_valid(self, yaw_sigma_rad: float, now_s: float, by_gyro: bool, by_motion: bool = False) -> bool:
         """Whether control may use a heading of that sigma, once there is one: measured lately, or carried by the gyro
-        (`by_gyro`) while its sigma is small and positions arrive."""
+        (`by_gyro`) while its sigma is small and positions arrive. `by_motion`: no compass measures it."""
         if yaw_sigma_rad > _HEADING_USABLE_RAD:
             return False
         tolerated_s = self._parameters["FS_POS_T"]
         if now_s - self.heading_s <= tolerated_s:
             return True
         placed = now_s - self.position_s <= tolerated_s or self.carried(now_s)
-        return by_gyro and yaw_sigma_rad <= _HEADING_COAST_RAD and placed
+        largest_rad = _HEADING_BY_MOTION_RAD if by_motion else HEADING_COAST_RAD
+        return by_gyro and yaw_sigma_rad <= largest_rad and placed

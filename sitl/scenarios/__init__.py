@@ -24,6 +24,7 @@ from sitl.scenarios import (
     link_loss,
     lying_senses,
     mission_square,
+    no_compass,
     obstacles,
     offboard,
     pictures,
@@ -82,6 +83,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         lever_arm.SCENARIO,
         ahrs.SCENARIO,
         shore_compass.SCENARIO,
+        no_compass.SCENARIO,
     ),
     "The boat's model": (identify.SCENARIO, sway_demand.SCENARIO),
 }

@@ -24,7 +24,9 @@ GNSS_EVERY = 5
 
 @dataclass(frozen=True)
 class Voyage:
-    """A circle of `radius_m` at `speed_mps` (0: at rest), rolling and pitching as given, for `duration_s`."""
+    """A circle of `radius_m` at `speed_mps` (0: at rest), rolling and pitching as given, for `duration_s`.
+
+    `to_and_fro_m`: amplitude of a swing to the north-east every 10 s, as by a push ahead and astern."""
 
     duration_s: float = 60.0
     speed_mps: float = 1.0
@@ -32,6 +34,7 @@ class Voyage:
     roll_rad: float = math.radians(2.0)
     pitch_rad: float = math.radians(1.0)
     yaw_rad: float = 0.0
+    to_and_fro_m: float = 0.0
     position_sigma_m: float = 0.02
     heading_sigma_rad: float = math.radians(0.2)
     velocity_sigma_mps: float = 0.03
@@ -73,7 +76,9 @@ def sail(voyage: Voyage) -> Truth:
     def pose(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         turn = voyage.speed_mps / voyage.radius_m * t
         heave = 0.03 * np.sin(1.7 * t)
-        position = np.stack([voyage.radius_m * np.sin(turn), voyage.radius_m * (1.0 - np.cos(turn)), heave], axis=1)
+        swing = math.sqrt(0.5) * voyage.to_and_fro_m * np.cos(2.0 * math.pi * t / 10.0)
+        north, east = voyage.radius_m * np.sin(turn), voyage.radius_m * (1.0 - np.cos(turn))
+        position = np.stack([north + swing, east + swing, heave], axis=1)
         attitude = np.stack(
             [
                 voyage.roll_rad * np.sin(2.1 * t),
