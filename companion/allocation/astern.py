@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from companion.allocation.propulsion import can_reverse
@@ -31,5 +32,7 @@ def astern_n(config: VesselConfig) -> float:
 
 def stern_first_mps(config: VesselConfig) -> float:
     """The highest speed through the water to sail stern first at: a share of that at full thrust astern, with the drag
-    of the hull ahead."""
+    of the hull ahead. Infinite for a boat that cannot: it sails ahead."""
+    if stern_first_refusal(config.thrusters) is not None:
+        return math.inf
     return _KEPT_SHARE * top_speed_mps(config.hull, astern_n(config))

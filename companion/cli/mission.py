@@ -55,6 +55,7 @@ def read_plan(file: Path) -> PlanFile:
 
 
 def _mission(arguments: argparse.Namespace) -> int:
+    from companion.allocation.astern import stern_first_mps
     from companion.app import load_vessel
     from companion.mission import files, summary
 
@@ -66,7 +67,8 @@ def _mission(arguments: argparse.Namespace) -> int:
     of_file_mps = plan.cruise_speed_mps if vessel is None else None  # the boat sails at its own
     cruise_mps = arguments.speed or of_file_mps or parameters["WP_SPEED"]
     most_mps = math.inf if vessel is None else parameters["MPC_XY_VEL_MAX"]
-    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps)
+    astern_mps = math.inf if vessel is None else stern_first_mps(vessel)
+    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps, astern_mps)
     print(summary.format_summary(voyage))
     for text in _outlook(voyage, parameters):
         print(f"the boat would warn: {text}")

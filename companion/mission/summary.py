@@ -66,13 +66,16 @@ class _Voyage:
     home: Place | None
     measure: Measure
     most_speed_mps: float = math.inf
+    most_astern_mps: float = math.inf
+    astern: bool = False
     legs: list[Leg] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     lines: dict[tuple[Place, Place], tuple[float, float]] = field(default_factory=dict)  # laps sail the same legs again
 
     def sail(self, seq: int, command: int, target: Place | None, speed_mps: float | None, hold_s: float) -> None:
         """Add the leg to `target` and move there; without a target, only the time to hold."""
-        speed = min(speed_mps or self.cruise_speed_mps, self.most_speed_mps)
+        most_mps = self.most_astern_mps if self.astern else math.inf
+        speed = min(speed_mps or self.cruise_speed_mps, self.most_speed_mps, most_mps)
         if self.place is None or target is None:
             self.legs.append(Leg(seq, command, None, None, speed, 0.0, hold_s))
         else:
@@ -98,11 +101,12 @@ class Reckoning:
         home: Place | None,
         measure: Measure = distance_and_bearing,
         most_speed_mps: float = math.inf,
+        most_astern_mps: float = math.inf,
     ) -> None:
         """`cursor` is moved: it follows no endless jumps. `start`: where the boat is; `home`: where it returns to.
-        `most_speed_mps` caps the speeds of the mission."""
+        `most_speed_mps` caps the speeds of the mission, `most_astern_mps` those of legs that are sailed stern first."""
         self._cursor = cursor
-        self._voyage = _Voyage(cruise_speed_mps, start, home, measure, most_speed_mps)
+        self._voyage = _Voyage(cruise_speed_mps, start, home, measure, most_speed_mps, most_astern_mps)
         self.length_m = self.time_s = 0.0
         _move_home(self._voyage, cursor.settle())
 
@@ -125,6 +129,7 @@ class Reckoning:
             if len(self.legs) == _MOST_LEGS:
                 self.notes.append(f"only the first {_MOST_LEGS} legs are counted")
                 return True
+            self._voyage.astern = self._cursor.astern
             goes_on = _follow(self._voyage, item, self._cursor.speed_mps)
             self.length_m += self.legs[-1].length_m or 0.0
             self.time_s += self.legs[-1].sailing_s + self.legs[-1].hold_s
@@ -139,15 +144,16 @@ def summarise(
     cruise_speed_mps: float,
     home: tuple[float, float, float] | None = None,
     most_speed_mps: float = math.inf,
+    most_astern_mps: float = math.inf,
 ) -> Summary:
     """The summary of `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
 
-    `most_speed_mps` caps the speeds that the mission sets. Lengths are geodesics on WGS 84. Endless jumps are not
-    taken; a stay for ever ends the mission.
+    `most_speed_mps` caps the speeds that the mission sets, `most_astern_mps` those of legs that are sailed stern first.
+    Lengths are geodesics on WGS 84. Endless jumps are not taken; a stay for ever ends the mission.
     """
     start = home[:2] if home is not None else None
     cursor = Cursor(items, follow_endless=False)
-    voyage = Reckoning(cursor, cruise_speed_mps, start, start, most_speed_mps=most_speed_mps)
+    voyage = Reckoning(cursor, cruise_speed_mps, start, start, distance_and_bearing, most_speed_mps, most_astern_mps)
     voyage.advance(_MOST_LEGS + 1)
     notes = [*voyage.notes, *_without_effect(items)]
     notes += [

@@ -134,6 +134,11 @@ class MissionMode(Mode):
         self._minds_check = self._minds_route = False  # a new fence, until its effect on the mission is known
 
     @property
+    def most_astern_mps(self) -> float:
+        """The highest speed of legs that are sailed stern first."""
+        return self._sailing.astern_mps
+
+    @property
     def blocked(self) -> str | None:
         """Why the mission cannot continue: its next path crosses the fence, so the boat stops. None: not blocked."""
         return self._blocked

@@ -66,6 +66,7 @@ class OutlookDuty:
                 None if home is None else (home.lat_deg, home.lon_deg),
                 rough_distance_and_bearing,
                 self._parameters["MPC_XY_VEL_MAX"],
+                self._mission.most_astern_mps,
             )
         if self._reckoning is not None:
             self._reckon(self._reckoning, battery, now_s)

@@ -68,11 +68,10 @@ class RouteSailing:
         agility = agility_of(config)
         self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit)
         self._sternward = self._ahead
-        self._astern_mps = math.inf  # the highest speed stern first
+        self.astern_mps = stern_first_mps(config)
         if stern_first_refusal(config.thrusters) is None:
-            self._astern_mps = stern_first_mps(config)
             agility = None if agility is None else replace(agility, surge_n=astern_n(config))
-            self._sternward = ChosenPathTracker(parameters, can_sway, self._astern_mps, agility, submit, True)
+            self._sternward = ChosenPathTracker(parameters, can_sway, self.astern_mps, agility, submit, True)
         self.astern = False
         self._search: Search[LaidRoute] = Search(submit)
         self._next: LaidRoute | None = None  # to be taken up
@@ -102,7 +101,7 @@ class RouteSailing:
 
     def speed_mps(self, inputs: ModeInputs) -> float:
         """The speed to sail at, as far as thrust astern allows it."""
-        return min(inputs.speed_mps, self._astern_mps) if self.astern else inputs.speed_mps
+        return min(inputs.speed_mps, self.astern_mps) if self.astern else inputs.speed_mps
 
     def drop(self) -> None:
         """Lay nothing any longer."""

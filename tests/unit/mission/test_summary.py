@@ -51,6 +51,11 @@ def test_speeds_of_the_mission_are_capped() -> None:
     assert summarise(items, 3.0, HOME, most_speed_mps=1.0).time_s == pytest.approx(200.0, abs=0.1)
 
 
+def test_legs_stern_first_are_sailed_at_the_speed_astern() -> None:
+    items = _plan(_at(100, 0), _do(194, 1), _at(200, 0), _do(194, 0), _at(300, 0))
+    assert [leg.speed_mps for leg in summarise(items, 2.0, HOME, most_astern_mps=0.5).legs] == [2.0, 0.5, 2.0]
+
+
 def test_the_first_leg_is_the_way_to_the_first_place() -> None:
     leg = first_leg(summarise(_plan(_do(178, 1, 2.0), _do(93, 8.0), _at(30, 40), _at(0, 0)), 0.5, HOME).legs)
     assert leg is not None and (leg.seq, leg.length_m, leg.sailing_s) == (
