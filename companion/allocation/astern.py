@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.propulsion import can_reverse
+from companion.allocation.propulsion import can_reverse, turns_on_the_spot
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.limits import support_n
@@ -19,7 +19,7 @@ def stern_first_refusal(thrusters: Sequence[ThrusterConfig]) -> str | None:
     goes ahead only."""
     if not can_reverse(thrusters):
         return "this boat has no way astern"
-    if any(thruster.kind in ("rudder", "jet") for thruster in thrusters):
+    if not turns_on_the_spot(thrusters):
         return "this boat does not steer astern"
     return None
 

@@ -46,6 +46,12 @@ def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
     return any(t.min_n < 0.0 or t.turns_round for t in thrusters)
 
 
+def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether the boat turns without way. A rudder and the nozzle of a jet steer by their own stream, which goes ahead
+    only."""
+    return can_reverse(thrusters) and not any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
+
+
 def _steers(thruster: ThrusterConfig) -> bool:
     lever_m = math.hypot(thruster.x_m, thruster.y_m)
     if thruster.turns:

@@ -23,9 +23,9 @@ _THESIS = 1
 class ChosenPathTracker:
     """Same interface as `PathTracker`. A law that takes over under way sails the rest of the route from the boat.
 
-    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. Remembers the law in use, the
-    route, how many waypoints were passed before that law took over, and the way made. `took_over`: a law took over in
-    the last update, so its line from the boat is new and has not been checked yet.
+    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. `pivots` as there. Remembers the
+    law in use, the route, how many waypoints were passed before that law took over, and the way made. `took_over`: a
+    law took over in the last update, so its line from the boat is new and has not been checked yet.
     """
 
     def __init__(
@@ -36,10 +36,11 @@ class ChosenPathTracker:
         agility: Agility | None = None,
         submit: Submit = at_once,
         astern: bool = False,
+        pivots: bool = False,
     ) -> None:
         self._parameters = parameters
         self._astern = astern
-        self._own = PathTracker(parameters, can_sway, top_mps, agility, submit)
+        self._own = PathTracker(parameters, can_sway, top_mps, agility, submit, pivots)
         self._thesis = ThesisWaypoints(parameters)
         self._active = self._wanted()
         self._waypoints: tuple[Waypoint, ...] = ()

@@ -39,6 +39,7 @@ _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
+_WIDE_M = 0.3  # by which a boat that turns on the spot may run wide until its bow points along the course
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
 
@@ -65,8 +66,9 @@ class PathTracker:
 
     `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed
     through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. `submit`: makes plans
-    beside the control thread. Remembers the track, the arc length reached (which never decreases), the waypoints
-    passed, the integral of the line of sight, the drift, and the last setpoint's speed and heading.
+    beside the control thread. `pivots`: the boat turns on the spot. Remembers the track, the arc length reached (which
+    never decreases), the waypoints passed, the integral of the line of sight, the drift, and the last setpoint's speed
+    and heading.
     """
 
     def __init__(
@@ -76,9 +78,10 @@ class PathTracker:
         top_mps: float = math.inf,
         agility: Agility | None = None,
         submit: Submit = at_once,
+        pivots: bool = False,
     ) -> None:
         self._parameters = parameters
-        self._can_sway = can_sway
+        self._can_sway, self._pivots = can_sway, pivots and not can_sway
         self._agility = agility
         self._laid: LaidTrack | None = None
         self._crab = CrabCompensation(top_mps)
@@ -374,9 +377,10 @@ class PathTracker:
         off = wrap_pi(course - nav.yaw_rad)
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
         lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
-        self._surge = _towards(
-            self._surge, self._speed * max(lowest, math.cos(off)), _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s
-        )
+        surge = self._speed * max(lowest, math.cos(off))
+        if self._pivots and not against:
+            surge = min(surge, self._turning_mps(off))
+        self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
         return PathSetpoint(
             heading,
@@ -386,6 +390,11 @@ class PathTracker:
             (self._speed - last_speed) / dt_s,
             self._progress(here, error),
         )
+
+    def _turning_mps(self, off_rad: float) -> float:
+        """The speed at which the boat runs wide by no more than _WIDE_M while it turns by `off_rad` to its course."""
+        rate = math.radians(self._parameters["PATH_YAW_RATE"])
+        return max(self._creep_mps(), 2.0 * _WIDE_M * rate / max(off_rad * off_rad, 1.0e-6))
 
     def _progress(self, here: PathPoint, error: float) -> Progress:
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from companion.allocation.propulsion import can_reverse
+from companion.allocation.propulsion import can_reverse, turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.reference_choice import ChosenReference
 from companion.config.top_speed import top_speed_mps
@@ -174,7 +174,9 @@ class HoldPoint:
         self._handover_m = config.length_m
         self._keepers = self._suitable_keepers(config, parameters, fence)
         self._keeper = self._keepers[0]
-        self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config))
+        self._path_tracker = ChosenPathTracker(
+            parameters, self._can_sway, top_speed_mps(config), pivots=turns_on_the_spot(config.thrusters)
+        )
         self._way_m: float | None = None
         self._transit: _Transit | None = None
         self._bends = 0  # number of them on the way in transit

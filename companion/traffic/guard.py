@@ -16,6 +16,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Protocol
 
+from companion.allocation.propulsion import turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -91,7 +92,9 @@ class TrafficGuard:
         self._watch = TrafficWatch(config, parameters, tracker, events, frame, movers)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._holding = False
-        self._path_tracker = ChosenPathTracker(parameters, config.limits.sway_n > 0.0, top_speed_mps(config))
+        self._path_tracker = ChosenPathTracker(
+            parameters, config.limits.sway_n > 0.0, top_speed_mps(config), pivots=turns_on_the_spot(config.thrusters)
+        )
         self._mode: SailingMode | None = None
         self._detour: evasion.Detour | None = None
         self._share = 1.0  # of the cruise speed, that is allowed

@@ -32,8 +32,8 @@ SWEPT_ELSEWHERE = {
 } | FOLLOWING
 
 
-def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
-    outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes)
+def sail(name: str, folder: Path, seed: int, vessel: str | None = None, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, vessel=vessel, changes=changes)
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
     assert json.loads((folder / "result.json").read_text(encoding="utf-8"))["ok"] is True
     return dict(outcome.metrics)
@@ -159,6 +159,23 @@ def test_identify_in_gusts(tmp_path: Path) -> None:
 )
 def test_identify_sweep(tmp_path: Path, weather: dict[str, str], seed: int) -> None:
     sail("identify", tmp_path, seed, **weather)
+
+
+@pytest.mark.parametrize(("vessel", "limit"), [("wamv16", "0.7")])
+def test_mission_square_of_a_boat_that_turns_slowly(tmp_path: Path, vessel: str, limit: str) -> None:
+    """A boat of 5 m in a square of 20 m passes its corners within 1.5 m."""
+    sail("mission_square", tmp_path, 5, vessel=vessel, limit=limit)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize(
+    ("vessel", "limit"), [("wamv16", "0.9"), ("otter", "0.6"), ("heron", "0.5"), ("blueboat", "0.5")]
+)
+def test_mission_square_of_boats_that_turn_on_the_spot_sweep(
+    tmp_path: Path, vessel: str, limit: str, seed: int
+) -> None:
+    sail("mission_square", tmp_path, seed, vessel=vessel, limit=limit, wind="4")
 
 
 def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
+from companion.allocation.propulsion import turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -66,12 +67,13 @@ class RouteSailing:
         can_sway = config.limits.sway_n > 0.0
         submit = fence.submit_urgent
         agility = agility_of(config)
-        self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit)
+        pivots = turns_on_the_spot(config.thrusters)
+        self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit, pivots=pivots)
         self._sternward = self._ahead
         self.astern_mps = stern_first_mps(config)
         if stern_first_refusal(config.thrusters) is None:
             agility = None if agility is None else replace(agility, surge_n=astern_n(config))
-            self._sternward = ChosenPathTracker(parameters, can_sway, self.astern_mps, agility, submit, True)
+            self._sternward = ChosenPathTracker(parameters, can_sway, self.astern_mps, agility, submit, True, pivots)
         self.astern = False
         self._search: Search[LaidRoute] = Search(submit)
         self._next: LaidRoute | None = None  # to be taken up

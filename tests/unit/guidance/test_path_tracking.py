@@ -316,6 +316,20 @@ def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() ->
     assert slowest((0.0, 0.3), can_sway=False) > 1.2 * slowest((0.0, 0.3), can_sway=True)
 
 
+def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
+    """WAM-V 16 turns at 8°/s; it gathered speed in the middle of its turns, and ran 3 m wide of the corners."""
+
+    def surge_mps(off_deg: float, pivots: bool) -> float:
+        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, pivots=pivots)
+        nav = nav_state(20.0, 0.0, math.radians(off_deg), 0.6)
+        guide.start(points((0, 0), (50, 0)), nav, from_here=False)
+        return settled(guide, nav).surge_mps
+
+    for off_deg in (50.0, 70.0, 90.0):
+        assert 0.03 < surge_mps(off_deg, pivots=True) < 0.6 * surge_mps(off_deg, pivots=False)
+    assert surge_mps(10.0, pivots=True) == surge_mps(10.0, pivots=False)
+
+
 def planner(**values: float) -> PathTracker:
     parameters = Parameters()
     for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6, "PATH_EFFORT": 0.2, **values}.items():
