@@ -39,7 +39,7 @@ _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
-_WIDE_M = 0.3  # by which a boat that turns on the spot may run wide until its bow points along the course
+_WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its bow points the right way
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
 
@@ -379,7 +379,7 @@ class PathTracker:
         lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
         surge = self._speed * max(lowest, math.cos(off))
         if self._pivots and not against:
-            surge = min(surge, self._turning_mps(off))
+            surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
         self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
         return PathSetpoint(
@@ -391,10 +391,10 @@ class PathTracker:
             self._progress(here, error),
         )
 
-    def _turning_mps(self, off_rad: float) -> float:
-        """The speed at which the boat runs wide by no more than _WIDE_M while it turns by `off_rad` to its course."""
+    def _turning_mps(self, turn_rad: float) -> float:
+        """The speed at which the boat runs wide by no more than _WIDE_M while its bow turns by `turn_rad`."""
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return max(self._creep_mps(), 2.0 * _WIDE_M * rate / max(off_rad * off_rad, 1.0e-6))
+        return max(self._creep_mps(), 2.0 * _WIDE_M * rate / max(turn_rad * turn_rad, 1.0e-6))
 
     def _progress(self, here: PathPoint, error: float) -> Progress:
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
