@@ -28,8 +28,9 @@ _STEP_S = 0.1  # of the table of headings
 _MOST_STEPS = 20_000
 _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
-# The last means of speed and heading: thrust and yaw acceleration change as slowly as azimuths turn.
-_SPEED_MEAN_S, _LAST_MEAN_S = 1.5, 3.0
+# The last means of speed and heading: thrust and yaw acceleration change as slowly as azimuths turn. The windows widen
+# steadily too: where one steps, the moment steps.
+_SPEED_MEAN_S, _WIDTH_MEAN_S, _LAST_MEANS_S = 1.5, 2.0, (2.0, 1.0)
 # Shares of the limits, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
 # costs more thrust and time than the bend itself.
 _SIDEWAYS, _TURNING = 1.85, 2.0
@@ -166,8 +167,10 @@ def _bow(s: Floats, course: Floats, speed: Floats, turn_radps: float) -> tuple[F
     count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
     grid = np.linspace(0.0, t[-1], count)
     at, along = np.interp(grid, t, s), np.interp(grid, t, course)
-    width = _widths(grid, along, turn_radps)
-    smooth = _mean(grid, _mean(grid, along, width), np.full(count, _LAST_MEAN_S))
+    width = _mean(grid, _widths(grid, along, turn_radps), np.full(count, _WIDTH_MEAN_S))
+    smooth = _mean(grid, along, width)
+    for last_s in _LAST_MEANS_S:
+        smooth = _mean(grid, smooth, np.full(count, last_s))
     return at, smooth
 
 

@@ -222,6 +222,7 @@ class PathTracker:
         )
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
+        self._crab.sail_at(self._leg_mps(speed_mps), dt_s)
         motion = self._motion
         if motion is not None and self._plans and motion.is_planned(nav, speed_mps, self._s, dt_s):
             setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
@@ -305,6 +306,11 @@ class PathTracker:
         """Lowest speed of approach, so that the boat reaches the end."""
         return 0.1 * self._parameters["WP_SPEED"]
 
+    def _leg_mps(self, commanded_mps: float) -> float:
+        """The speed of the present leg, without its bends."""
+        own = self._waypoints[min(self._passed, len(self._waypoints) - 1)].speed_mps
+        return min(commanded_mps, self._parameters["MPC_XY_VEL_MAX"] if own is None else own)
+
     def _steerage_mps(self, nav: NavState) -> float:
         """Speed below which the current, not the bow, says where a boat without sideways thrust goes. 0 on the way to
         the end, where the boat is to come to rest."""
@@ -350,6 +356,11 @@ class PathTracker:
         self._yaw = wrap_pi(_towards(last_rad, last_rad + wrap_pi(heading_rad - last_rad), most))
         return self._yaw
 
+    def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
+        if not self._can_sway:
+            return self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
+        return self._crab.bow_rad(nav, course_rad, self._speed, self._parameters["DP_SPEED_SWAY"], last_rad)
+
     def _sway(self, nav: NavState, off_rad: float) -> float:
         """Sideways speed over ground: that of the water, plus or minus DP_SPEED_SWAY by the thrusters."""
         return self._crab.sway_mps(nav, self._speed * math.sin(off_rad), self._parameters["DP_SPEED_SWAY"])
@@ -372,7 +383,7 @@ class PathTracker:
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
         last = nav.yaw_rad if self._yaw is None else self._yaw
-        best = self._crab.heading_rad(nav, course, self._speed, last)
+        best = self._best_heading(nav, course, last)
         heading = self._turned(last, best, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course

@@ -129,8 +129,7 @@ class PlannedMotion:
         turn, change, against = self._turn(plan, place, nav, pace, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
-        most_sway = max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
-        sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), most_sway)
+        sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
         soon = place.track.at(plan.ahead_m(place.s_m, _ASIDE_LAG_S, pace))
         bend = self.speed_mps * self.speed_mps * soon.curvature_1pm
         along, across = ned_to_body(gain, bend, nav.yaw_rad - soon.course_rad)
@@ -151,6 +150,11 @@ class PlannedMotion:
     @property
     def _stops(self) -> bool:
         return self._laid is None or self._laid.stop_at_end
+
+    @property
+    def _most_sway_mps(self) -> float:
+        """Sideways speed through the water that is asked for at most."""
+        return max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
 
     @property
     def _creep_mps(self) -> float:
@@ -195,10 +199,10 @@ class PlannedMotion:
         far = math.copysign(max(0.0, abs(place.off_m) - _FAR_M), place.off_m)
         aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
         last = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
-        speed = max(self.speed_mps, self._commanded)
+        aside_mps = self._most_sway_mps
         places = (place.s_m, *(plan.ahead_m(place.s_m, i * _ASIDE_LAG_S, pace) for i in (1, 2)))
         courses = [plan.course_rad(s_m) - aside for s_m in places]
-        now, soon, later = (self._crab.heading_rad(nav, course, speed, last) for course in courses)
+        now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
         correcting = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
@@ -208,10 +212,13 @@ class PlannedMotion:
 
     def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:
         """The poses from now on, with the bow turned into the current as now."""
-        speed, yaw = max(self.speed_mps, self._commanded), nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
+        speed, aside_mps = self.speed_mps, self._most_sway_mps
+        yaw = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
         poses = []
         for k in range(_POSES):
             s_m = place.s_m if k == 0 else plan.ahead_m(place.s_m, k * PATH_STEP_S, pace)
             there, course = place.track.at(s_m), plan.course_rad(s_m)
-            poses.append(PlannedPose(there.north_m, there.east_m, self._crab.heading_rad(nav, course, speed, yaw)))
+            poses.append(
+                PlannedPose(there.north_m, there.east_m, self._crab.bow_rad(nav, course, speed, aside_mps, yaw))
+            )
         return tuple(poses)

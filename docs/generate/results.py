@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from docs.generate.ardurover import beside_ardurover
 from docs.generate.consistency import consistency
 from docs.generate.markdown import code, number, page, section, table
 from docs.generate.source import ROOT
@@ -28,7 +29,7 @@ def results(folder: Path = FOLDER) -> str:
     """The page."""
     files = sorted(file for file in folder.glob("*.json") if file.stem not in _OWN_PAGE)
     parts = [_SECTIONS.get(file.stem, _table)(json.loads(file.read_text(encoding="utf-8"))) for file in files]
-    return page("Measured results", _INTRODUCTION, *(parts or ["No table is measured yet."]))
+    return page("Measured results", _INTRODUCTION, beside_ardurover(folder), *(parts or ["No table is measured yet."]))
 
 
 def _table(measured: Mapping[str, Any]) -> str:

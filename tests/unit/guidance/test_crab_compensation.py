@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -59,3 +60,59 @@ def test_without_a_known_current_the_learnt_drift_is_used() -> None:
     assert crab.water(nav_state()) == pytest.approx((0.0, 0.2), abs=1e-3), "nothing is learnt in a bend"
     crab.reset()
     assert crab.water(nav_state()) == (0.0, 0.0)
+
+
+def across(heading_rad: float, through: tuple[float, float]) -> float:
+    """Sideways part of the velocity through the water that a boat with that heading needs."""
+    return through[1] * math.cos(heading_rad) - through[0] * math.sin(heading_rad)
+
+
+def test_a_boat_that_slows_down_keeps_the_bow_of_its_leg_where_its_thrusters_push_it_aside() -> None:
+    crab, nav = CrabCompensation(1.0), nav_state(current=(0.0, 0.09))
+    crab.sail_at(1.0, 0.1)
+    assert crab.bow_rad(nav, 0.0, 0.05, 0.1, 0.0) == pytest.approx(-0.09, abs=1e-3), "turned by 31 deg before"
+    assert crab.bow_rad(nav, 0.0, 1.0, 0.1, 0.0) == crab.heading_rad(nav, 0.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("speed_mps", [0.15, 0.2, 0.3])
+def test_it_turns_further_into_a_current_that_its_sideways_speed_does_not_withstand(speed_mps: float) -> None:
+    crab, nav = CrabCompensation(1.0), nav_state(current=(0.0, 0.3))
+    crab.sail_at(0.8, 0.1)
+    heading = crab.bow_rad(nav, 0.0, speed_mps, 0.1, 0.0)
+    assert abs(across(heading, (speed_mps, -0.3))) == pytest.approx(0.1, abs=1e-9)
+    assert abs(heading) < abs(crab.heading_rad(nav, 0.0, speed_mps, 0.0))
+
+
+def test_beside_a_current_that_is_too_fast_for_the_slow_boat_the_bow_points_as_without_thrusters_aside() -> None:
+    crab, nav = CrabCompensation(1.0), nav_state(current=(0.8, 0.0))
+    crab.sail_at(0.9, 0.1)
+    assert abs(crab.bow_rad(nav, 0.0, 0.5, 0.1, 2.8)) == pytest.approx(math.pi)
+
+
+def test_a_slower_leg_counts_after_a_while_and_a_faster_one_at_once() -> None:
+    crab, nav = CrabCompensation(2.0), nav_state(current=(0.0, 0.1))
+    crab.sail_at(1.0, 0.1)
+    for _ in range(600):
+        crab.sail_at(0.5, 0.1)
+    assert crab.bow_rad(nav, 0.0, 0.4, 0.5, 0.0) == pytest.approx(-math.asin(0.1 / math.hypot(0.51, 0.1)), abs=0.02)
+    crab.sail_at(1.0, 0.1)
+    assert crab.bow_rad(nav, 0.0, 0.4, 0.5, 0.0) == pytest.approx(-0.1, abs=1e-3)
+
+
+def test_a_current_that_becomes_known_under_way_turns_the_bow_gradually() -> None:
+    """The heading setpoint of a boat that had kept to its path by pushing sideways jumped by 15 deg."""
+    crab, known = CrabCompensation(2.0), nav_state(surge_mps=1.2, current=(0.0, 0.32))
+    for _ in range(40):
+        crab.update(nav_state(surge_mps=1.2), 1.2, 1.0, 0.1)
+    headings = [crab.heading_rad(known, 0.0, 1.2, 0.0)]
+    for _ in range(150):
+        crab.update(known, 1.2, 1.0, 0.1)
+        headings.append(crab.heading_rad(known, 0.0, 1.2, 0.0))
+    assert max(abs(b - a) for a, b in itertools.pairwise(headings)) < math.radians(0.6)
+    assert headings[-1] == pytest.approx(-math.atan2(0.32, 1.2), abs=0.01)
+
+
+def test_a_current_that_is_known_from_the_start_is_used_at_once() -> None:
+    crab, known = CrabCompensation(2.0), nav_state(current=(0.0, 0.32))
+    crab.update(known, 1.2, 1.0, 0.1)
+    assert crab.water(known) == pytest.approx((0.0, 0.32))

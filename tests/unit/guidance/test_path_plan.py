@@ -108,6 +108,19 @@ def test_the_bow_turns_half_before_and_half_after_the_corner_at_the_boats_rate()
     assert 0.5 * most < fastest < 1.15 * most
 
 
+def test_the_moment_of_a_planned_turn_has_no_steps() -> None:
+    """Windows that widened in steps asked for 33 Nm more within 0.3 s: force that is gone again before it is there."""
+    track, plan = planned()
+    s_m, step_s, bow = track.waypoint_s_m[1] - 12.0, 0.1, []
+    while s_m < track.waypoint_s_m[1] + 12.0:
+        bow.append(plan.course_rad(s_m))
+        s_m = plan.ahead_m(s_m, step_s, plan.speed_mps(s_m))
+    turns = [b - a for a, b in itertools.pairwise(bow)]
+    moments = [agility().hull.m33_kgm2 * (b - a) / step_s**2 for a, b in itertools.pairwise(turns)]
+    means = [sum(moments[i : i + 3]) / 3.0 for i in range(len(moments) - 2)]
+    assert max(abs(b - a) for a, b in zip(means, means[3:], strict=False)) < 20.0
+
+
 def test_the_place_ahead_is_where_the_planned_speed_leads() -> None:
     track, plan = planned()
     s, time_s = track.waypoint_s_m[1] - 6.0, 0.0

@@ -121,6 +121,23 @@ def test_a_known_current_is_compensated_at_once() -> None:
     assert setpoint.yaw_rad == pytest.approx(-math.asin(0.3 / math.hypot(0.6, 0.3)), abs=0.03)
 
 
+@pytest.mark.parametrize("vessel", ["revolt", "aboat"])
+def test_slowed_down_by_a_guard_the_bow_does_not_turn_into_a_weak_current(vessel: str) -> None:
+    """Wind that is taken for a current turned the bow by 40 deg on the last metres before a fence: the boat then lay
+    across the wind, and was blown over the line."""
+    config = load(find(vessel))
+    on_way = PathTracker(Parameters(config.parameters), True, agility=agility_of(config))
+    weak = (0.0, 0.09)
+    on_way.start(points((40.0, 0.0)), nav_state(current=weak))
+    headings = []
+    for step in range(400):
+        north_m = min(39.0, 0.1 * step)
+        speed_mps = max(0.05, 1.0 - max(0.0, north_m - 20.0) / 18.0)
+        nav = nav_state(north_m, 0.0, 0.0, speed_mps, 0.0, current=weak)
+        headings.append(on_way.update(nav, speed_mps, DT_S).setpoint.yaw_rad or 0.0)
+    assert max(abs(heading) for heading in headings) < math.radians(12.0)
+
+
 def test_the_line_of_sight_steers_back_to_the_path() -> None:
     guide = tracker(PATH_INTEGRAL=0.0)
     guide.start(points((50, 0)), nav_state())
