@@ -13,6 +13,7 @@ from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
+from companion.positioning.stop import Stop
 
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
@@ -32,6 +33,7 @@ _LEAST_LINE_M = 1.0
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
+_REST_MPS = 0.2
 _COAST_BESIDE_SHARE = 0.3  # of the watch circle: further aside the drift does not lead past the point
 
 
@@ -49,8 +51,10 @@ class BowKeeper:
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
 
-    Remembers the hold point, the heading to lie at, the drift, whether the boat is coming back, and whether it lets
-    itself be carried.
+    Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
+
+    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, and whether
+    it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -65,6 +69,7 @@ class BowKeeper:
         self._least_mps = _LEAST_DRIFT_MPS
         self._returning = self._turning = self._coasting = False
         self._arrived = False
+        self._stop = Stop(_REST_MPS)
 
     @property
     def arrived(self) -> bool:
@@ -77,8 +82,10 @@ class BowKeeper:
         return (*self._point, self._lie_rad)
 
     def start(self, nav: NavState) -> None:
-        """Hold the point where the boat comes to rest from its present motion."""
+        """Brake, and hold the point where the boat comes to rest."""
         self._point = stopping_point(nav, self._parameters)
+        self._stop.begin(nav, self._point)
+        self._heading_rad = nav.yaw_rad
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
@@ -87,16 +94,21 @@ class BowKeeper:
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
+        self._stop.end()
         self._arrived = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while a boat with a rudder lets itself be carried."""
         self._see_drift(nav, dt_s)
+        if self._stop.lasts:
+            self._point = self._stop.place(nav) or self._point
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
-        self._judge(distance_m)
         place = Point(*self._point)
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
+        if self._stop.lasts:
+            return PathSetpoint(self._heading_rad, 0.0, progress=progress)
+        self._judge(distance_m)
         if self._needs_flow and self._is_carried(north_m, east_m):
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
