@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
@@ -76,6 +77,18 @@ def _speed(config: VesselConfig) -> Iterator[Judgement]:
             ("hull", "damping", "x_uu"),
             f"top speed {top_mps:.1f} m/s by the model, {top_mps / hull_mps:.1f} times the hull speed",
             'Missions: legs take longer than planned. A hull that planes has form = "planing" or a resistance table',
+        )
+
+
+def _planing(config: VesselConfig) -> Iterator[Judgement]:
+    table = config.hull.resistance
+    hump = next((low for low, high in pairwise(table) if high[1] < low[1]), None)
+    top_mps = top_speed_mps(config.hull, config.limits.surge_n)
+    if hump is not None and top_mps < hump[0]:
+        yield Judgement(
+            ("hull", "top_speed_mps"),
+            f"does not plane: top speed {top_mps:.1f} m/s by the model, its hump is at {hump[0]:.1f} m/s",
+            "Missions, RTL and Follow: planned for a slow boat. If it planes, give its top_speed_mps",
         )
 
 
@@ -156,6 +169,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
     _thrust,
     _speed,
+    _planing,
     _turning,
     _places,
     _antenna_pairs,

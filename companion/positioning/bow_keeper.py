@@ -46,7 +46,8 @@ class BowKeeper:
     which the weather does not push it sideways (weather optimal positioning, Fossen and Strand 2001), with neither
     anemometer nor a measured current. The drift that the estimator knows only says which way is upstream.
 
-    Beyond 0.9 of the watch circle the bow points to the hold point itself until the boat is well inside again.
+    Beyond 0.9 of the watch circle, or where the boat drifts so fast that it would be there before the bow has come
+    round, the bow points to the hold point itself until the boat is well inside again.
 
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
@@ -108,7 +109,7 @@ class BowKeeper:
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         if self._stop.lasts:
             return PathSetpoint(self._heading_rad, 0.0, progress=progress)
-        self._judge(distance_m)
+        self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         if self._needs_flow and self._is_carried(north_m, east_m):
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
@@ -147,12 +148,15 @@ class BowKeeper:
         self._coasting = up_m > edge * circle_m and abs(beside_m) < _COAST_BESIDE_SHARE * circle_m and near
         return self._coasting
 
-    def _judge(self, distance_m: float) -> None:
+    def _judge(self, distance_m: float, inward_m2ps: float) -> None:
+        """`inward_m2ps`: distance times the speed towards the point."""
         circle_m = self._parameters["DP_WATCH_R"]
         calm = self._upstream_rad() is None
-        if distance_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
+        outward_mps = max(0.0, -inward_m2ps / distance_m) if distance_m > 0.0 else 0.0
+        soon_m = distance_m + self._swing_s * outward_mps
+        if soon_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
             self._returning = True
-        elif distance_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
+        elif soon_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
             self._returning = False
         self._arrived = self._arrived or not self._returning
 

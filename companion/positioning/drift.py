@@ -31,7 +31,8 @@ class DriftKeeper:
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
     again. Under way, it first coasts, and holds where it has become slow.
 
-    Remembers the hold point, whether the boat is stopping, or sailing back and since when, and the measured drift over ground.
+    Remembers the hold point, whether the boat is stopping, or sailing back and since when, and the measured drift over
+    ground.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:

@@ -20,6 +20,11 @@ _SLOWEST_CRUISE_MPS = 0.3
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
 # Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
 _BOW_CIRCLE = 1.5
+_FENCE_M = {
+    "rtk": 0.5,
+    "sbas": 1.0,
+    "standalone": 1.5,
+}  # with sideways thrust: what it errs by, and slow gains let gusts do
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
 
@@ -48,10 +53,8 @@ def figures(
         **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else _BOW_CIRCLE),
         "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
     }
-    if needs_flow:  # it may drift through its watch circle, beside the fence too
-        rows["FENCE_MARGIN"] = rows["DP_WATCH_R"]
-    elif sway_n <= 0.0:
-        rows["FENCE_MARGIN"] = _BOW_CIRCLE * length_m
+    # Without sideways thrust it may drift through its watch circle, beside the fence too.
+    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else rows["DP_WATCH_R"]
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)

@@ -131,7 +131,9 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
     """Fill in the hull, and the parameters that follow from it."""
     work.fill(hull_figures(boat, thrusters, work.data["hull"]))
     if boat.form == "planing":
-        work.data["hull"].setdefault("resistance", [list(pair) for pair in surge_damping.planing_table(boat)])
+        work.data["hull"].setdefault(
+            "resistance", [list(pair) for pair in surge_damping.planing_table(boat, thrusters)]
+        )
     hull: HullConfig | None = _read(HullConfig, work.data["hull"])
     sensors = _read(tuple[SensorRow, ...], work.data.get("sensor", []))
     limits = work.data.get("limits", {})
