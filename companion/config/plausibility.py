@@ -16,6 +16,7 @@ from companion.config.vessel import VesselConfig
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
 _OVER_HULL_SPEED = 2.5
 _OUTSIDE = 1.1  # of half the length or beam
+_ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
@@ -63,6 +64,42 @@ def _thrust(config: VesselConfig) -> Iterator[Judgement]:
             f"thrust of only {share:.3f} m/s² for its mass",
             "Hold, Missions and RTL: wind and current are stronger than the boat",
         )
+
+
+def _sides(config: VesselConfig) -> Iterator[Judgement]:
+    """Names that contradict the signs of a place, and thrusters ahead that only turn the boat."""
+    for i, thruster in enumerate(config.thrusters):
+        words = thruster.name.split("_")
+        for word, key, value, side in (
+            ("port", "y_m", -thruster.y_m, "y_m is positive to starboard"),
+            ("starboard", "y_m", thruster.y_m, "y_m is positive to starboard"),
+            ("bow", "x_m", thruster.x_m, "x_m is positive ahead of the middle of the boat"),
+            ("stern", "x_m", -thruster.x_m, "x_m is positive ahead of the middle of the boat"),
+        ):
+            if word in words and value < -_ASIDE_M:
+                yield Judgement(
+                    ("thruster", i, key),
+                    f"'{thruster.name}' has {key} = {getattr(thruster, key):g}: {side}",
+                    "All modes: the boat turns the wrong way. Change the sign, or the name",
+                )
+    fixed = [t.y_m for t in config.thrusters if not t.turns and math.cos(t.azimuth_rad) > 0.5]
+    if len(fixed) == len(config.thrusters) > 1 and (min(fixed) > 0.0 or max(fixed) < 0.0):
+        yield Judgement(
+            ("thruster", 0, "y_m"),
+            "all thrusters lie on the same side: the boat cannot go straight ahead",
+            "All modes: it turns in circles. Check the signs: y_m is negative to port",
+        )
+
+
+def _radians(config: VesselConfig) -> Iterator[Judgement]:
+    for i, thruster in enumerate(config.thrusters):
+        degrees = math.degrees(thruster.azimuth_rad)
+        if any(math.isclose(abs(degrees), turn, rel_tol=0.01) for turn in (0.5 * math.pi, math.pi)):
+            yield Judgement(
+                ("thruster", i, "azimuth_deg"),
+                f"'{thruster.name}' points {degrees:.4g}° from ahead, which looks like radians: 90 is to starboard",
+                "All modes: its thrust goes another way",
+            )
 
 
 def _speed(config: VesselConfig) -> Iterator[Judgement]:
@@ -168,6 +205,8 @@ def _economy(config: VesselConfig) -> Iterator[Judgement]:
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
     _thrust,
+    _sides,
+    _radians,
     _speed,
     _planing,
     _turning,

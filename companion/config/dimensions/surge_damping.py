@@ -81,7 +81,7 @@ def planing_table(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tupl
     share = 1.0
     if boat.top_speed_mps is not None and linear(thrusters) > 0.0:
         most_n = _HULL_SHARE * full_ahead_n(thrusters)
-        share = min(1.0, most_n / float(np.interp(boat.top_speed_mps, *zip(*usual, strict=True))))
+        share = min(1.0, most_n / _force_n(usual, boat.top_speed_mps))
     return tuple((round(speed_mps, 2), round(share * force_n, 1)) for speed_mps, force_n in usual)
 
 
@@ -94,8 +94,11 @@ def _usual_resistance(boat: Dimensions) -> list[tuple[float, float]]:
 def _planing_loss(boat: Dimensions, thrusters: Sequence[ThrusterConfig], top_speed_mps: float) -> float:
     """x_u with which full thrust drives a planing hull at its top speed: what the hull does not take there, the
     propellers lose."""
-    speeds, forces = zip(*planing_table(boat, thrusters), strict=True)
-    return (full_ahead_n(thrusters) - float(np.interp(top_speed_mps, speeds, forces))) / top_speed_mps
+    return (full_ahead_n(thrusters) - _force_n(planing_table(boat, thrusters), top_speed_mps)) / top_speed_mps
+
+
+def _force_n(table: Sequence[tuple[float, float]], speed_mps: float) -> float:
+    return float(np.interp(speed_mps, [speed for speed, _ in table], [force for _, force in table]))
 
 
 def figures(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
