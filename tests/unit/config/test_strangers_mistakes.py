@@ -85,3 +85,11 @@ def test_a_wrong_sign_or_unit_that_still_loads_is_noted(text: str, right: str, w
     notes = [str(found) for found in judgements(parse(text.replace(right, wrong, 1), "boat.toml"))]
     assert any(said in note for note in notes), notes
     assert not any(said in str(found) for found in judgements(parse(text, "boat.toml")))
+
+
+def test_a_boat_without_way_astern_has_a_circle_in_which_it_can_drift_and_turn() -> None:
+    """It coasts on after each way back: a circle of 1.5 lengths is left and entered all the time."""
+    one_way = OUTBOARD.replace("max_n = 60", "max_n = 60\nmin_n = 0.0")
+    of = {name: parse(text, "boat.toml").parameters["DP_WATCH_R"] for name, text in (("x", one_way), ("y", OUTBOARD))}
+    assert of["x"] - of["y"] == pytest.approx(4.5 * 1.6)
+    assert parse(one_way, "boat.toml").parameters["FENCE_MARGIN"] == of["x"]
