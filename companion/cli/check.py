@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from companion.analysis.static_limits import lines, static_limits, weakness
 from companion.app import load_vessel
 from companion.cli.common import print_warnings
 from companion.cli.devices import listen_to
 from companion.config.plausibility import judgements
 from companion.config.toml_places import dotted
+from companion.config.vessel import VesselConfig
 from companion.io.mavlink.wire.exposure import exposed_warnings
 
 _LISTEN_S = 3.0
@@ -33,8 +35,21 @@ def _check(arguments: argparse.Namespace) -> int:
     print(f"{config.name}: {config.title}: no errors", flush=True)
     for found in judgements(config):
         print(f"note: {dotted(found.place)}: {found}")
+    _print_limits(config)
     print_warnings(exposed_warnings(config.links))
     judged = listen_to(config, _LISTEN_S) if arguments.listen else []
     for _, text in judged:
         print(text)
     return 0 if all(well for well, _ in judged) else 1
+
+
+def _print_limits(config: VesselConfig) -> None:
+    """What it holds in the mean by its file, and what is weak."""
+    found = static_limits(config)
+    if found is None:
+        print("note: windage: no wind areas, so that nobody knows which wind the boat holds against")
+        return
+    for line in lines(found):
+        print(line)
+    for text in weakness(config, found):
+        print(f"note: {text}")

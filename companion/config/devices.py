@@ -24,6 +24,7 @@ from companion.config.fields import (
 )
 from companion.config.rudder import RudderConfig
 
+_ABEAM_RAD = 0.5 * math.pi
 OTHER_KEYS = "keys of other drivers"  # what no file can have as a key
 Others = Annotated[
     tuple[tuple[str, Any], ...],
@@ -192,8 +193,10 @@ class ThrusterConfig:
 
     @property
     def turns_round(self) -> bool:
-        """Whether it can push astern by its direction: a pod that turns, no jet and no rudder."""
-        return self.kind == "azimuth"
+        """Whether it can push astern by its direction: a pod that turns far enough, no jet and no rudder."""
+        low, high = self.azimuth_min_rad, self.azimuth_max_rad
+        reaches = low is None or high is None or high > _ABEAM_RAD or low < -_ABEAM_RAD
+        return self.kind == "azimuth" and reaches
 
 
 @dataclass(frozen=True, slots=True)

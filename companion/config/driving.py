@@ -34,7 +34,10 @@ def driving_problems(
         problems += _once(bridges, f"{table}s", table, known)
         driven = {name for bridge in bridges for name in getattr(bridge, f"{table}s")}
         problems += [
-            ((table,), f"{_PART.get(table + 's', '')}'{name}' is driven by no bridge")
+            (
+                (table,),
+                f"{_PART.get(table + 's', '')}'{name}' is driven by no bridge: add it to the list of an [[actuator]]",
+            )
             for name in sorted(set(known) - driven)
         ]
     problems += _once(bridges, "azimuths", "thruster", names)

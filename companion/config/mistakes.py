@@ -20,17 +20,28 @@ _ALIKE = 0.6  # of difflib: what one would take for the same word
 
 
 def problems_of(
-    root: type[Any], error: ValidationError, data: Mapping[str, Any], moot: Sequence[Place] = ()
+    root: type[Any],
+    error: ValidationError,
+    data: Mapping[str, Any],
+    moot: Sequence[Place] = (),
+    known: Sequence[Problem] = (),
 ) -> list[Problem]:
     """The problems of a file, without those that are only the consequence of another: a missing key whose name was
-    misspelt, and missing keys below a place in `moot`. `data`: the file as it stands."""
+    misspelt, missing keys below a place in `moot`, and a list that lacks only the entries that are wrong. `data`: the
+    file as it stands. `known`: what was found already, which is not said twice."""
     found = [(tuple(e["loc"]), e["type"], e["msg"]) for e in error.errors()]
     missing = [place for place, kind, _ in found if kind == "missing"]
     unknown = {place: _near(root, place, missing) for place, kind, _ in found if kind == "unexpected_keyword_argument"}
     meant = {(*place[:-1], near) for place, near in unknown.items() if near is not None}
+    said = {place for place, _ in known}
+    wrong = [place for place, _, _ in found if _stands(data, place)]
     problems = []
     for place, kind, text in found:
+        if place in said or (_is_derived(data, place, kind) and any(place[:-1] == other[:-1] for other in wrong)):
+            continue
         if kind == "missing" and (place in meant or _below(place, moot)):
+            continue
+        if kind == "too_short" and any(other != place and _below(other, [place]) for other, _, _ in found):
             continue
         if kind == "missing":
             problems.append((place, _missing(root, place)))
@@ -39,6 +50,22 @@ def problems_of(
         else:
             problems.append((place, remedy(text)))
     return problems
+
+
+def _stands(data: Mapping[str, Any], place: Place) -> bool:
+    """Whether the file itself has something at a place."""
+    inner: Any = data
+    try:
+        for part in place:
+            inner = inner[part]
+    except (LookupError, TypeError):
+        return False
+    return True
+
+
+def _is_derived(data: Mapping[str, Any], place: Place, kind: str) -> bool:
+    """Whether a wrong value was made of others: it does not stand in the file, nor is it missing."""
+    return kind != "missing" and not _stands(data, place)
 
 
 def remedy(message: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
@@ -15,6 +16,7 @@ from companion.config.vessel import VesselConfig
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
 _OVER_HULL_SPEED = 2.5
 _OUTSIDE = 1.1  # of half the length or beam
+_ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
@@ -64,6 +66,42 @@ def _thrust(config: VesselConfig) -> Iterator[Judgement]:
         )
 
 
+def _sides(config: VesselConfig) -> Iterator[Judgement]:
+    """Names that contradict the signs of a place, and thrusters ahead that only turn the boat."""
+    for i, thruster in enumerate(config.thrusters):
+        words = thruster.name.split("_")
+        for word, key, value, side in (
+            ("port", "y_m", -thruster.y_m, "y_m is positive to starboard"),
+            ("starboard", "y_m", thruster.y_m, "y_m is positive to starboard"),
+            ("bow", "x_m", thruster.x_m, "x_m is positive ahead of the middle of the boat"),
+            ("stern", "x_m", -thruster.x_m, "x_m is positive ahead of the middle of the boat"),
+        ):
+            if word in words and value < -_ASIDE_M:
+                yield Judgement(
+                    ("thruster", i, key),
+                    f"'{thruster.name}' has {key} = {getattr(thruster, key):g}: {side}",
+                    "All modes: the boat turns the wrong way. Change the sign, or the name",
+                )
+    fixed = [t.y_m for t in config.thrusters if not t.turns and math.cos(t.azimuth_rad) > 0.5]
+    if len(fixed) == len(config.thrusters) > 1 and (min(fixed) > 0.0 or max(fixed) < 0.0):
+        yield Judgement(
+            ("thruster", 0, "y_m"),
+            "all thrusters lie on the same side: the boat cannot go straight ahead",
+            "All modes: it turns in circles. Check the signs: y_m is negative to port",
+        )
+
+
+def _radians(config: VesselConfig) -> Iterator[Judgement]:
+    for i, thruster in enumerate(config.thrusters):
+        degrees = math.degrees(thruster.azimuth_rad)
+        if any(math.isclose(abs(degrees), turn, rel_tol=0.01) for turn in (0.5 * math.pi, math.pi)):
+            yield Judgement(
+                ("thruster", i, "azimuth_deg"),
+                f"'{thruster.name}' points {degrees:.4g}° from ahead, which looks like radians: 90 is to starboard",
+                "All modes: its thrust goes another way",
+            )
+
+
 def _speed(config: VesselConfig) -> Iterator[Judgement]:
     top_mps = top_speed_mps(config.hull, config.limits.surge_n)
     hull_mps = math.sqrt(GRAVITY_MPS2 * config.length_m / math.tau)
@@ -76,6 +114,18 @@ def _speed(config: VesselConfig) -> Iterator[Judgement]:
             ("hull", "damping", "x_uu"),
             f"top speed {top_mps:.1f} m/s by the model, {top_mps / hull_mps:.1f} times the hull speed",
             'Missions: legs take longer than planned. A hull that planes has form = "planing" or a resistance table',
+        )
+
+
+def _planing(config: VesselConfig) -> Iterator[Judgement]:
+    table = config.hull.resistance
+    hump = next((low for low, high in pairwise(table) if high[1] < low[1]), None)
+    top_mps = top_speed_mps(config.hull, config.limits.surge_n)
+    if hump is not None and top_mps < hump[0]:
+        yield Judgement(
+            ("hull", "top_speed_mps"),
+            f"does not plane: top speed {top_mps:.1f} m/s by the model, its hump is at {hump[0]:.1f} m/s",
+            "Missions, RTL and Follow: planned for a slow boat. If it planes, give its top_speed_mps",
         )
 
 
@@ -155,7 +205,10 @@ def _economy(config: VesselConfig) -> Iterator[Judgement]:
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
     _thrust,
+    _sides,
+    _radians,
     _speed,
+    _planing,
     _turning,
     _places,
     _antenna_pairs,

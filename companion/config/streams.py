@@ -57,11 +57,29 @@ class NmeaOutConfig:
     talker: Annotated[str, Field(pattern=r"^[A-Z]{2}$"), means("Talker of the sentences.")] = "GP"
 
 
+_SPOKEN = {"nmea0183": "NMEA 0183", "ais": "NMEA 0183", "mavlink_imu": "MAVLink", "mavlink_range": "MAVLink"}
+"""What a port of these drivers speaks. Of the other built-in ones each has its own. Others are unknown."""
+_OWN = ("mtdata2", "vectornav", "sbus", "crsf")
+
+
+def _shared_by_strangers(sensors: Sequence[SensorConfig]) -> list[tuple[tuple[str | int, ...], str]]:
+    """Sensors on one serial port that speak differently."""
+    problems: list[tuple[tuple[str | int, ...], str]] = []
+    known = [(i, s, _SPOKEN.get(s.driver, s.driver)) for i, s in enumerate(sensors) if s.driver in (*_SPOKEN, *_OWN)]
+    for at, (i, sensor, spoken) in enumerate(known):
+        for _, other, others in known[:at]:
+            if sensor.port.startswith("serial:") and sensor.port == other.port and spoken != others:
+                text = f"'{other.name}' has it too, and speaks {others}, not {spoken}: give each its own port"
+                problems.append((("sensor", i, "port"), text))
+                break
+    return problems
+
+
 def stream_problems(
     sensors: Sequence[SensorConfig], bridges: Sequence[ActuatorConfig], corrections: Sequence[CorrectionsConfig]
 ) -> list[tuple[tuple[str | int, ...], str]]:
     """Ports that two devices cannot share, and sources of corrections without a receiver, with their places."""
-    problems: list[tuple[tuple[str | int, ...], str]] = []
+    problems = _shared_by_strangers(sensors)
     taken = {sensor.port: (sensor.name, sensor.driver) for sensor in sensors}
     for i, bridge in enumerate(bridges):
         name, driver = taken.setdefault(bridge.port, (bridge.name, bridge.driver))

@@ -19,6 +19,7 @@ def thruster_problems(thrusters: Sequence[ThrusterConfig]) -> list[Problem]:
         if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
             text = f"a thruster of kind '{thruster.kind}' needs a rate above 0"
             problems.append((("thruster", i, "azimuth_rate_dps"), text))
+        problems += [(("thruster", i, "azimuth_max_deg"), text) for text in _stop_problems(thruster)]
         if thruster.retractable and thruster.travel_s <= 0.0:
             problems.append((("thruster", i, "travel_s"), "a retractable thruster needs the time that it takes"))
         if not thruster.retractable and thruster.travel_s > 0.0:
@@ -26,6 +27,18 @@ def thruster_problems(thrusters: Sequence[ThrusterConfig]) -> list[Problem]:
         if thruster.forbidden_rad:
             problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
     return problems
+
+
+def _stop_problems(thruster: ThrusterConfig) -> list[str]:
+    low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+    if thruster.kind != "azimuth" or (low is None and high is None):
+        return []
+    if low is None or high is None:
+        return ["give both stops, azimuth_min_deg and azimuth_max_deg, or none for a pod that turns endlessly"]
+    if low >= high:
+        degrees = f"{math.degrees(high):g} should be more than azimuth_min_deg, {math.degrees(low):g}"
+        return [f"{degrees}: exchange the stops; the least is counter-clockwise"]
+    return []
 
 
 def _sector_problems(thruster: ThrusterConfig) -> list[str]:

@@ -384,7 +384,7 @@ def validated(
         reader: Any = kind  # mypy takes a class with slots for one that cannot be hashed
         found: T = _reader(reader).validate_python(completion.data)
     except ValidationError as error:
-        problems += problems_of(kind, error, data, completion.moot)
+        problems += problems_of(kind, error, data, completion.moot, problems)
     if problems:
         raise ConfigError([located(loc, message) for loc, message in problems])
     return found, located
@@ -411,6 +411,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
     servos, relays = [row.name for row in config.servos], [row.name for row in config.relays]
     return [
         *_names_used_twice(config),
+        *_links_used_twice(config.links),
         *driving_problems(config.actuators, config.thrusters, servos, relays),
         *rest_problems(config.servos),
         *camera_problems(config.cameras, config.servos, config.relays),
@@ -436,6 +437,11 @@ def _names_used_twice(config: VesselConfig) -> list[Problem]:
             ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]
         ]
     return problems
+
+
+def _links_used_twice(links: Sequence[str]) -> list[Problem]:
+    plain = [link.partition("?")[0] for link in links]
+    return [(("links",), f"'{link}' stands there twice") for i, link in enumerate(plain) if link in plain[:i]]
 
 
 def _inertia_problems(hull: HullConfig) -> list[Problem]:

@@ -47,7 +47,7 @@ def _one(
 ) -> ThrusterCommand:
     if t.turns and t.manual_azimuth_rad > 0.0:
         # a thruster at the stern turns the boat by pushing the stern the other way
-        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.turns_round else 1.0)
+        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.kind == "azimuth" else 1.0)
         return _command(t, surge, t.azimuth_rad + lever * yaw * t.manual_azimuth_rad)
     if _is_sideways(t):
         side = math.copysign(1.0, math.sin(t.azimuth_rad))

@@ -326,7 +326,7 @@ class FenceGuard:
         if self._breached:
             self.cause = "Outside the fence" if self._entered else None
         else:
-            self.cause = self._ahead(areas, nav, mode)
+            self.cause = self._ahead(areas, nav, mode) if armed else None
 
     def _announce_blind(self, blind: bool, nav: NavState, now_s: float) -> None:
         """Announce that the position is lost, or back. `blind`: it is lost, and the active mode goes on without it."""
@@ -355,7 +355,8 @@ class FenceGuard:
         """The warning where the operator steers the boat out of the fence; None where that is not so.
 
         It comes while the boat can still stop inside. In Heading and Rate, which slow down by themselves, it comes when
-        the boat has reached the line. However slowly a boat drifts, it comes when the hull may touch the line.
+        the boat has reached the line. However slowly a boat drifts, it comes when the hull may touch the line. Armed
+        only: the mode in which a boat drifted disarmed is not the one that is armed.
         """
         if not mode.by_stick and self.cause is None:
             return None

@@ -13,6 +13,7 @@ from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
+from companion.positioning.stop import Stop
 
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
@@ -32,6 +33,7 @@ _LEAST_LINE_M = 1.0
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
+_REST_MPS = 0.2
 _COAST_BESIDE_SHARE = 0.3  # of the watch circle: further aside the drift does not lead past the point
 
 
@@ -44,13 +46,16 @@ class BowKeeper:
     which the weather does not push it sideways (weather optimal positioning, Fossen and Strand 2001), with neither
     anemometer nor a measured current. The drift that the estimator knows only says which way is upstream.
 
-    Beyond 0.9 of the watch circle the bow points to the hold point itself until the boat is well inside again.
+    Beyond 0.9 of the watch circle, or where the boat drifts so fast that it would be there before the bow has come
+    round, the bow points to the hold point itself until the boat is well inside again.
 
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
 
-    Remembers the hold point, the heading to lie at, the drift, whether the boat is coming back, and whether it lets
-    itself be carried.
+    Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
+
+    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, and whether
+    it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -65,6 +70,7 @@ class BowKeeper:
         self._least_mps = _LEAST_DRIFT_MPS
         self._returning = self._turning = self._coasting = False
         self._arrived = False
+        self._stop = Stop(_REST_MPS)
 
     @property
     def arrived(self) -> bool:
@@ -77,8 +83,10 @@ class BowKeeper:
         return (*self._point, self._lie_rad)
 
     def start(self, nav: NavState) -> None:
-        """Hold the point where the boat comes to rest from its present motion."""
+        """Brake, and hold the point where the boat comes to rest."""
         self._point = stopping_point(nav, self._parameters)
+        self._stop.begin(nav, self._point)
+        self._heading_rad = nav.yaw_rad
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
@@ -87,16 +95,21 @@ class BowKeeper:
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
+        self._stop.end()
         self._arrived = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while a boat with a rudder lets itself be carried."""
         self._see_drift(nav, dt_s)
+        if self._stop.lasts:
+            self._point = self._stop.place(nav) or self._point
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
-        self._judge(distance_m)
         place = Point(*self._point)
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
+        if self._stop.lasts:
+            return PathSetpoint(self._heading_rad, 0.0, progress=progress)
+        self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         if self._needs_flow and self._is_carried(north_m, east_m):
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
@@ -135,12 +148,15 @@ class BowKeeper:
         self._coasting = up_m > edge * circle_m and abs(beside_m) < _COAST_BESIDE_SHARE * circle_m and near
         return self._coasting
 
-    def _judge(self, distance_m: float) -> None:
+    def _judge(self, distance_m: float, inward_m2ps: float) -> None:
+        """`inward_m2ps`: distance times the speed towards the point."""
         circle_m = self._parameters["DP_WATCH_R"]
         calm = self._upstream_rad() is None
-        if distance_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
+        outward_mps = max(0.0, -inward_m2ps / distance_m) if distance_m > 0.0 else 0.0
+        soon_m = distance_m + self._swing_s * outward_mps
+        if soon_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
             self._returning = True
-        elif distance_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
+        elif soon_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
             self._returning = False
         self._arrived = self._arrived or not self._returning
 

@@ -14,6 +14,7 @@ from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, Wre
 from companion.guidance.coasting import Coasting
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
+from companion.positioning.stop import Stop
 
 _OUT_SHARE = 0.75  # of the watch circle: the boat turns back when it would drift past this within _WARNING_S
 _WARNING_S = 4.0  # to start the impeller and turn
@@ -28,9 +29,10 @@ _LONGEST_RETURN_S = 90.0  # after which it aims anew
 class DriftKeeper:
     """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
-    again.
+    again. Under way, it first coasts, and holds where it has become slow.
 
-    Remembers the hold point, whether the boat is sailing back and since when, and the measured drift over ground.
+    Remembers the hold point, whether the boat is stopping, or sailing back and since when, and the measured drift over
+    ground.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -41,6 +43,7 @@ class DriftKeeper:
         self._returning = self._arrived = False
         self._returning_s = 0.0
         self._drift = (0.0, 0.0)
+        self._stop = Stop(_SLOW_MPS)
 
     @property
     def arrived(self) -> bool:
@@ -53,21 +56,27 @@ class DriftKeeper:
         return (*self._point, self._heading_rad)
 
     def start(self, nav: NavState) -> None:
-        """Hold the point where the boat comes to rest from its present motion."""
+        """Coast, and hold the point where the boat is slow."""
         self._point = stopping_point(nav, self._parameters)
+        self._stop.begin(nav, self._point)
         self._heading_rad = nav.yaw_rad
         self._returning = self._arrived = False
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
+        self._stop.end()
         self._arrived = self._returning = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """Zero thrust while drifting, else a path setpoint for the way back at `speed_mps` at most."""
         self._see_drift(nav, dt_s)
+        if self._stop.lasts:
+            self._point = self._stop.place(nav) or self._point
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
+        if self._stop.lasts:
+            return self._drifts(distance_m)
         if self._returning:
             self._returning_s += dt_s
             self._returning = not self._will_rest_there(nav)
@@ -77,11 +86,14 @@ class DriftKeeper:
             self._turn_back()
         self._arrived = self._arrived or not self._returning
         if not self._returning:
-            return WrenchSetpoint(ZERO_WRENCH, replace(self._progress(distance_m), yaw_rad=self._heading_rad))
+            return self._drifts(distance_m)
         self._heading_rad = math.atan2(self._aim[1] - nav.east_m, self._aim[0] - nav.north_m)
         fastest = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)))
         return PathSetpoint(self._heading_rad, surge_mps, progress=self._progress(distance_m))
+
+    def _drifts(self, distance_m: float) -> WrenchSetpoint:
+        return WrenchSetpoint(ZERO_WRENCH, replace(self._progress(distance_m), yaw_rad=self._heading_rad))
 
     def _progress(self, distance_m: float) -> Progress:
         point = Point(*self._point)

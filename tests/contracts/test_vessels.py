@@ -28,11 +28,10 @@ def test_its_parameters_are_within_the_table(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_its_fence_leaves_room_for_what_its_hold_needs(name: str) -> None:
-    """A boat without sideways thrust drifts while it turns its bow to the wind; a jet, within its watch circle."""
+    """A boat without sideways thrust drifts within its watch circle while it turns its bow to the wind."""
     boat = load(find(name))
     values = Parameters(boat.parameters, table_of(boat))
-    lengths = 0.0 if boat.limits.sway_n > 0.0 else 1.5
-    needed_m = values["DP_WATCH_R"] if boat.thrusters[0].kind == "jet" else lengths * boat.length_m
+    needed_m = 0.0 if boat.limits.sway_n > 0.0 else values["DP_WATCH_R"]
     assert values["FENCE_MARGIN"] >= needed_m - 1e-3
 
 

@@ -21,6 +21,7 @@ SWEPT_ELSEWHERE = {
     "cross_current",
     "endurance",
     "fence_stop",
+    "full_stop",
     "harbour",
     "honest_senses",
     "identify",

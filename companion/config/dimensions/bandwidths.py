@@ -18,8 +18,14 @@ _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
 _SLOWEST_CRUISE_MPS = 0.3
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
+_DRIFT_CIRCLE = 6.0  # the same without way astern: it coasts after each way back (RescueRunner has 7)
 # Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
 _BOW_CIRCLE = 1.5
+_FENCE_M = {
+    "rtk": 0.5,
+    "sbas": 1.0,
+    "standalone": 1.5,
+}  # with sideways thrust: what it errs by, and slow gains let gusts do
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
 
@@ -32,9 +38,11 @@ def figures(
     lag_s: float,
     top_mps: float,
     needs_flow: bool = False,
+    drifts: bool = False,
 ) -> tuple[Figure, ...]:
     """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust; `top_mps`: top
-    speed; `needs_flow`: the boat steers by a rudder, so that it turns in a circle."""
+    speed; `needs_flow`: the boat steers by a rudder, so that it turns in a circle; `drifts`: it has no way astern, so
+    that in Hold it drifts and sails back."""
     surge_n, sway_n, yaw_nm = limits
     receiver = grade_of(sensors)
     by_lag = _LAG_SHARE / max(0.1, lag_s)
@@ -45,13 +53,15 @@ def figures(
         "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
         "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
         **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull, _TURN * length_m if needs_flow else 0.0),
-        **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else _BOW_CIRCLE),
+        **_circles(
+            length_m,
+            receiver,
+            _DRIFT_CIRCLE if drifts else _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else _BOW_CIRCLE,
+        ),
         "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
     }
-    if needs_flow:  # it may drift through its watch circle, beside the fence too
-        rows["FENCE_MARGIN"] = rows["DP_WATCH_R"]
-    elif sway_n <= 0.0:
-        rows["FENCE_MARGIN"] = _BOW_CIRCLE * length_m
+    # Without sideways thrust it may drift through its watch circle, beside the fence too.
+    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else rows["DP_WATCH_R"]
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)

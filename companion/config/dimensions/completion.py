@@ -131,7 +131,9 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
     """Fill in the hull, and the parameters that follow from it."""
     work.fill(hull_figures(boat, thrusters, work.data["hull"]))
     if boat.form == "planing":
-        work.data["hull"].setdefault("resistance", [list(pair) for pair in surge_damping.planing_table(boat)])
+        work.data["hull"].setdefault(
+            "resistance", [list(pair) for pair in surge_damping.planing_table(boat, thrusters)]
+        )
     hull: HullConfig | None = _read(HullConfig, work.data["hull"])
     sensors = _read(tuple[SensorRow, ...], work.data.get("sensor", []))
     limits = work.data.get("limits", {})
@@ -140,7 +142,15 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
     values = tuple(limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
     if all(isinstance(value, (int, float)) for value in values):
         rudder = any(thruster.kind == "rudder" for thruster in thrusters)
-        made = parameter_figures(hull, values, boat.length_m, sensors or (), needs_flow=rudder)  # type: ignore[arg-type]
+        drifts = not any(thruster.min_n < 0.0 or thruster.turns_round for thruster in thrusters)
+        made = parameter_figures(
+            hull,
+            values,  # type: ignore[arg-type]
+            boat.length_m,
+            sensors or (),
+            needs_flow=rudder,
+            drifts=drifts,
+        )
         work.fill(made)
 
 

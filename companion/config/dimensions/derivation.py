@@ -55,9 +55,11 @@ def parameter_figures(
     sensors: Sequence[SensorConfig],
     lag_s: float = LAG_S,
     needs_flow: bool = False,
+    drifts: bool = False,
 ) -> tuple[Figure, ...]:
-    """Defaults of parameters for a hull. `limit`: surge N, sway N, yaw Nm; `needs_flow`: it steers by a rudder."""
-    return bandwidths.figures(hull, limit, length_m, sensors, lag_s, top_speed_mps(hull, limit[0]), needs_flow)
+    """Defaults of parameters for a hull. `limit`: surge N, sway N, yaw Nm; `needs_flow`: it steers by a
+    rudder; `drifts`: it has no way astern."""
+    return bandwidths.figures(hull, limit, length_m, sensors, lag_s, top_speed_mps(hull, limit[0]), needs_flow, drifts)
 
 
 def top_speed_mps(hull: HullConfig, thrust_n: float) -> float:

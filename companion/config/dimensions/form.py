@@ -41,6 +41,8 @@ TRAITS: Mapping[str, FormTraits] = {
     "planing": FormTraits(0.45, 0.8, 0.006, 0.2, 0.8),
 }
 LEAST_BLOCK, MOST_BLOCK = 0.15, 1.0
+_MOST_SLENDER = 30.0  # length over beam, and beam over length
+_LEAST_DRAFT_SHARE, _MOST_DRAFT_SHARE = 0.002, 0.5  # of the length
 _MOST_PRISMATIC = 0.65  # of a hull with fine ends
 
 
@@ -167,11 +169,24 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
         height_m=numbers.get("height_m", traits.height_share * length_m),
         top_speed_mps=numbers.get("top_speed_mps"),
     )
+    if problem := _out_of_scale(found):
+        return None, [problem]
     if not LEAST_BLOCK <= found.block <= MOST_BLOCK:
         fits = f"from {_draft(found, MOST_BLOCK):.2f} to {_draft(found, LEAST_BLOCK):.2f} m"
         text = f"{mass_kg:g} kg do not float so: with this length and beam the draft is {fits}"
         return None, [(("hull", "draft_m" if "draft_m" in numbers else "mass_kg"), text)]
     return found, []
+
+
+def _out_of_scale(boat: Dimensions) -> Problem | None:
+    """A dimension or mass that no boat has, most likely in another unit."""
+    slender = boat.length_m / boat.beam_m
+    if not 1.0 / _MOST_SLENDER <= slender <= _MOST_SLENDER:
+        return ("hull", "length_m"), f"{boat.length_m:g} m long and {boat.beam_m:g} m wide: check both, in m"
+    if not _LEAST_DRAFT_SHARE <= boat.draft_m / boat.length_m <= _MOST_DRAFT_SHARE:
+        text = f"{boat.mass_kg:g} kg on {boat.length_m:g} m of length float {boat.draft_m:.3g} m deep: check it, in kg"
+        return ("hull", "mass_kg"), text
+    return None
 
 
 def _draft(boat: Dimensions, block: float) -> float:

@@ -19,6 +19,7 @@ from companion.config.dimensions.form import WATER_KGPM3
 from companion.config.kinds import Problem
 
 _LBF_N = 4.44822
+_POUNDS = re.compile(r"([\d.]*\d)\s*(?:lb|lbs|lbf)")
 _TROLLING = re.compile(r"trolling[ _-]*(\d+(?:\.\d+)?) *lb")
 _TROLLING_ASTERN, _TROLLING_PROPELLER_M = 0.75, 0.28
 _ASTERN = 0.7  # of the thrust ahead: an open propeller that was made for ahead (Carlton 2012, ch. 6)
@@ -141,6 +142,10 @@ def _known(row: Mapping[str, Any]) -> tuple[_Known | None, tuple[str, str] | Non
         ahead_n = disc_thrust_n(numbers["power_w"], numbers["propeller_m"])
         values = _thrust(ahead_n, _ASTERN * ahead_n, numbers)
         return _Known(values, 1.6, "(2 ρ A)^(1/3) (0.45 P)^(2/3)", "momentum theory of an actuator disc"), None
+    if row.get("max_n") is not None:
+        pounds = _POUNDS.fullmatch(str(row["max_n"]).strip().lower())
+        meant = f"; {pounds[1]} lb are {float(pounds[1]) * _LBF_N:.0f} N" if pounds else ""
+        return None, ("max_n", f"should be a number, in N, not {row['max_n']!r}{meant}")
     text = 'is missing: largest thrust ahead, in N; or give motor = "T200", or power_w with propeller_m'
     return None, ("max_n", text)
 

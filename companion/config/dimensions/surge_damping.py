@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
 from companion.config.dimensions.form import GRAVITY_MPS2, WATER_KGPM3, Dimensions
@@ -13,6 +15,7 @@ _VISCOSITY_M2PS = 1.19e-6  # sea water at 15 °C (ITTC 7.5-02-01-03)
 _KT_BOLLARD, _ADVANCE_AT_ZERO = 0.35, 0.9  # of a Wageningen B propeller of P/D 0.8 to 0.9 (Carlton 2012, ch. 6)
 _DISC_LOAD_PA = 4000.0  # bollard thrust over disc area where the diameter is unknown: between trolling motors and pods
 _THRUST_SHARE = 0.5  # of full thrust at which the loss is taken: it grows with the root of thrust
+_HULL_SHARE = 0.8  # of full thrust at top speed: the most that a planing hull takes of it, the rest the propellers lose
 _FROUDE = 0.25  # at which friction is taken
 # Resistance over weight of planing hulls by volumetric Froude number: mean of Series 62 (Clement and Blount 1963) and
 # of what small planing boats are rated at.
@@ -71,11 +74,31 @@ def linear(thrusters: Sequence[ThrusterConfig]) -> float:
     return sum(thrust_loss(t.max_n, t.propeller_m) for t in thrusters if t.kind != "jet" and pushes_ahead(t))
 
 
-def planing_table(boat: Dimensions) -> tuple[tuple[float, float], ...]:
-    """Resistance of a planing hull, as (speed m/s, force N)."""
+def planing_table(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[tuple[float, float], ...]:
+    """Resistance of a planing hull, as (speed m/s, force N). Where its top speed is known and its full thrust is less
+    than that hulls usually need there, the resistance is less in proportion."""
+    usual = _usual_resistance(boat)
+    share = 1.0
+    if boat.top_speed_mps is not None and linear(thrusters) > 0.0:
+        most_n = _HULL_SHARE * full_ahead_n(thrusters)
+        share = min(1.0, most_n / _force_n(usual, boat.top_speed_mps))
+    return tuple((round(speed_mps, 2), round(share * force_n, 1)) for speed_mps, force_n in usual)
+
+
+def _usual_resistance(boat: Dimensions) -> list[tuple[float, float]]:
     unit_mps = math.sqrt(GRAVITY_MPS2 * boat.hull_volume_m3 ** (1.0 / 3.0))
     weight_n = boat.mass_kg * GRAVITY_MPS2
-    return tuple((round(froude * unit_mps, 2), round(share * weight_n, 1)) for froude, share in _PLANING)
+    return [(froude * unit_mps, share * weight_n) for froude, share in _PLANING]
+
+
+def _planing_loss(boat: Dimensions, thrusters: Sequence[ThrusterConfig], top_speed_mps: float) -> float:
+    """x_u with which full thrust drives a planing hull at its top speed: what the hull does not take there, the
+    propellers lose."""
+    return (full_ahead_n(thrusters) - _force_n(planing_table(boat, thrusters), top_speed_mps)) / top_speed_mps
+
+
+def _force_n(table: Sequence[tuple[float, float]], speed_mps: float) -> float:
+    return float(np.interp(speed_mps, [speed for speed, _ in table], [force for _, force in table]))
 
 
 def figures(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
@@ -83,6 +106,9 @@ def figures(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[Figu
     x_u, x_uu, factor, by_speed = linear(thrusters), quadratic(boat), 2.3, ""
     if boat.form == "planing":
         x_uu = 0.0  # the table of resistance has it
+        if boat.top_speed_mps is not None and x_u > 0.0:
+            x_u, factor = _planing_loss(boat, thrusters, boat.top_speed_mps), 1.6
+            by_speed = ", but as much as full thrust gives the top speed"
     elif boat.top_speed_mps is not None:
         drag_n = x_u * boat.top_speed_mps + x_uu * boat.top_speed_mps**2
         scale = full_ahead_n(thrusters) / drag_n if drag_n > 0.0 else 1.0

@@ -68,7 +68,7 @@ def test_each_throttle_and_each_azimuth_has_one_bridge() -> None:
         (
             'thrusters = ["stern_port", "bow"]\n',
             DRIVES,
-            "thruster: the throttle of 'stern_starboard' is driven by no bridge",
+            "thruster: the throttle of 'stern_starboard' is driven by no bridge: add it to the list of an [[actuator]]",
         ),
         (
             BOARD,

@@ -331,6 +331,17 @@ def test_a_fence_that_comes_while_the_boat_is_outside_only_warns(boat: Boat) -> 
     assert not go(boat, 80.0, 0.0).accepted
 
 
+def test_a_drift_while_disarmed_does_not_stop_the_mode_that_is_armed(boat: Boat) -> None:
+    """Disarmed the boat was in Manual, and drifted towards the line. Hold stops by itself."""
+    fence(boat)
+    boat.step()
+    at(boat, 44.0, 0.0, north_mps=0.8)
+    boat.nav = replace(boat.nav, north_mps=0.8, surge_mps=0.8)
+    armed_in(boat, ModeId.HOLD)
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.HOLD and "fence" not in boat.names()
+
+
 def test_disarmed_nothing_is_done(boat: Boat) -> None:
     fence(boat)
     boat.step()

@@ -132,3 +132,13 @@ def test_from_stern_to_the_stream_the_otter_turns_and_then_stays() -> None:
     late = track[-300:]
     assert max(distance for distance, _ in late) < 0.5
     assert all(abs(wrap_pi(yaw - math.pi)) < 0.35 for _, yaw in late)
+
+
+def test_a_boat_that_drifts_away_turns_to_its_point_while_still_inside_the_circle() -> None:
+    """The heading against a drift that is not yet known well does not stop it."""
+    stream = (0.4, 0.0)
+    keeper = held(at(current=stream))
+    carried = replace(at(east_m=1.0, yaw_rad=math.pi, current=stream), east_mps=0.5)
+    assert keeper.update(carried, None, 1.0, 0.1).yaw_rad == pytest.approx(-0.5 * math.pi)
+    near = replace(at(east_m=1.0, yaw_rad=math.pi, current=stream), east_mps=0.1)
+    assert abs(held(at(current=stream)).update(near, None, 1.0, 0.1).yaw_rad) > math.radians(130.0)

@@ -11,6 +11,7 @@ from companion.config.dimensions.completion import figures_of
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import dimensions_of
 from companion.config.dimensions.limits import largest
+from companion.config.plausibility import judgements
 from companion.config.vessel import ConfigError, VesselConfig, bundled, find, load, parse
 
 CATAMARAN = """
@@ -167,3 +168,41 @@ def test_the_draft_follows_from_the_form_where_it_was_not_measured() -> None:
 
 def test_the_data_of_motors_stand_beside_the_code() -> None:
     assert (Path(motors.__file__).parent / "motors.toml").is_file()
+
+
+OUTBOARD = (
+    CATAMARAN.replace('form = "catamaran"', 'form = "planing"')
+    .replace("length_m = 2.0", "length_m = 6.0")
+    .replace("beam_m = 1.08", "beam_m = 2.2")
+    .replace("mass_kg = 80.0", "mass_kg = 1400.0")
+    .replace("hull_beam_m = 0.25\n", "")
+    .replace('motor = "T200"\nvoltage_v = 16.0', "max_n = 2000.0")
+)
+
+
+def test_a_planing_boat_reaches_the_top_speed_that_it_was_given() -> None:
+    """Propellers with the disc of a trolling motor would lose all thrust before the hull planes."""
+    boat = vessel(OUTBOARD.replace("mass_kg", "top_speed_mps = 15.0\nmass_kg"))
+    assert top_speed_mps(boat.hull, 4000.0) == pytest.approx(15.0, rel=0.02)
+    assert top_speed_mps(boat.hull, boat.limits.surge_n) > 12.0
+
+
+def test_a_planing_boat_with_little_thrust_is_taken_at_its_word() -> None:
+    boat = vessel(
+        OUTBOARD.replace("mass_kg", "top_speed_mps = 15.0\nmass_kg").replace("max_n = 2000.0", "max_n = 900.0")
+    )
+    assert top_speed_mps(boat.hull, 1800.0) == pytest.approx(15.0, rel=0.02)
+
+
+def test_a_planing_boat_that_does_not_get_over_its_hump_says_so() -> None:
+    found = [str(judgement) for judgement in judgements(vessel(OUTBOARD))]
+    assert any("does not plane" in text and "give its top_speed_mps" in text for text in found)
+
+
+def test_the_fence_margin_covers_what_the_boat_does_in_hold() -> None:
+    """Without sideways thrust it drifts in its watch circle, which a receiver's errors widen."""
+    two = vessel().parameters
+    assert two["FENCE_MARGIN"] == two["DP_WATCH_R"] == 5.0
+    bow = '[[thruster]]\nname = "bow"\nkind = "fixed"\nx_m = 0.8\ny_m = 0.0\nazimuth_deg = 90.0\nmax_n = 60.0\n'
+    three = CATAMARAN.replace("[[sensor]]", bow + "[[sensor]]", 1).replace('"starboard"]', '"starboard", "bow"]')
+    assert vessel(three).parameters["FENCE_MARGIN"] == 1.0

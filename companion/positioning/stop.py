@@ -1,0 +1,47 @@
+"""Where a boat without sideways thrust holds after it was under way: where it has come to rest."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.estimate import NavState
+
+
+class Stop:
+    """`begin`, then `place` every tick until it gives the point to hold.
+
+    How soon a boat stops depends on its thrusters, wind and current. A point planned further ahead would have to be
+    sailed to afterwards. Where the boat does not rest before the planned point, that is held: a fence may lie behind
+    it.
+
+    Remembers where the stop began, the planned point, and whether the boat is still stopping.
+    """
+
+    def __init__(self, rest_mps: float) -> None:
+        """`rest_mps`: speed along the hull, over ground, that counts as rest."""
+        self._rest_mps = rest_mps
+        self._from = self._planned = (0.0, 0.0)
+        self._lasts = False
+
+    @property
+    def lasts(self) -> bool:
+        """Whether the boat has still to come to rest."""
+        return self._lasts
+
+    def begin(self, nav: NavState, planned: tuple[float, float]) -> None:
+        """The boat is to stop. `planned`: (north_m, east_m) of the last point to do so."""
+        self._from, self._planned = (nav.north_m, nav.east_m), planned
+        self._lasts = abs(nav.surge_mps) > self._rest_mps
+
+    def end(self) -> None:
+        """Another point is held."""
+        self._lasts = False
+
+    def place(self, nav: NavState) -> tuple[float, float] | None:
+        """(north_m, east_m) to hold from now on; None until the boat rests."""
+        here = nav.north_m, nav.east_m
+        past = math.dist(here, self._from) >= math.dist(self._planned, self._from)
+        if not past and abs(nav.surge_mps) > self._rest_mps:
+            return None
+        self._lasts = False
+        return self._planned if past else here

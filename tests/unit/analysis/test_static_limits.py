@@ -1,0 +1,96 @@
+"""What `companion check` says a boat holds: by the same balance as the polar, and by a sea that the simulator agrees with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.analysis.polar import wrench_against
+from companion.analysis.static_limits import drift, lines, static_limits, weakness, wind_sea
+from companion.cli.new_file import Answers, file_text
+from companion.config.vessel import VesselConfig, find, load, parse
+from docs.generate.wave_balance import mean_drift
+
+KAYAK = Answers(
+    name="kayak",
+    title="Kayak",
+    form="monohull",
+    length_m=3.0,
+    beam_m=0.7,
+    mass_kg=60.0,
+    draft_m=None,
+    hull_beam_m=None,
+    top_speed_mps=None,
+    layout="twin-bow",
+    motor="65",
+    voltage_v=None,
+    spread_m=0.5,
+    board="microcontroller",
+    receiver="two",
+    lat_deg=63.4,
+    lon_deg=10.4,
+)
+
+
+def kayak(**changes: object) -> VesselConfig:
+    return parse(file_text(replace(KAYAK, **changes)), "kayak.toml")
+
+
+def weakened(bow_n: float) -> VesselConfig:
+    """A kayak whose tunnel at the bow is the weakest of its thrusters."""
+    boat = file_text(KAYAK)
+    last = boat.rindex("max_n = 65")
+    return parse(boat[:last] + f"max_n = {bow_n:g}" + boat[last + len("max_n = 65") :], "kayak.toml")
+
+
+def test_the_limit_is_where_the_force_of_wind_meets_that_of_the_thrusters() -> None:
+    boat = weakened(10.0)
+    found = static_limits(boat)
+    assert found is not None and found.held_sideways and found.wind.side is not None
+    abeam = wrench_against(boat, found.wind.side, 0.5 * math.pi)
+    assert abs(abeam.sway_n) <= 1.01 * boat.limits.sway_n
+    assert found.wind.side < found.wind.ahead and found.with_waves.side is not None
+    assert found.with_waves.side < found.wind.side, "waves take their part"
+
+
+def test_a_weak_tunnel_is_told_with_its_remedy() -> None:
+    boat = weakened(10.0)
+    found = static_limits(boat)
+    assert found is not None and found.with_waves.side is not None
+    (said,) = weakness(boat, found)
+    assert f"wind above {found.with_waves.side:.1f} m/s from the side" in said and "DP_WEATHERVANE" in said
+    strong = kayak(layout="two-azimuths", motor="300")
+    enough = static_limits(strong)
+    assert enough is not None and not list(weakness(strong, enough))
+
+
+def test_a_boat_without_sideways_thrust_is_told_in_which_wind_its_bow_comes_round() -> None:
+    found = static_limits(kayak(layout="twin"))
+    assert found is not None and not found.held_sideways
+    assert found.current.side is None and found.wind.side is not None
+    assert any("the bow comes round in" in line for line in lines(found))
+    narrow = kayak(layout="twin", spread_m=0.02)
+    poor = static_limits(narrow)
+    assert poor is not None and any("does not come round" in text for text in weakness(narrow, poor))
+
+
+def test_a_file_without_windage_has_no_limits() -> None:
+    assert static_limits(load(find("cybership2"))) is None
+
+
+@pytest.mark.parametrize("height_m", [0.15, 0.29])
+@pytest.mark.parametrize("from_deg", [60, 90])
+def test_waves_push_as_in_the_simulator(height_m: float, from_deg: int) -> None:
+    boat = load(find("revolt"))
+    from_rad = math.radians(from_deg)
+    seen = [mean_drift(boat, f"{height_m}", from_rad, seed)[1] for seed in range(4)]
+    known = drift(boat, height_m, 4.2 * math.sqrt(height_m), from_rad).sway_n
+    assert known == pytest.approx(-sum(seen) / 4.0, rel=0.3)
+
+
+def test_the_waves_of_a_wind_are_those_of_rough_water() -> None:
+    """ReVolt's 3 m/s are 4.6 m/s at 10 m and raise 0.07 m with a period of 1.0 s (docs/inside/sea.md)."""
+    height_m, period_s = wind_sea(3.0)
+    assert height_m == pytest.approx(0.07, abs=0.01) and period_s == pytest.approx(1.0, abs=0.1)
