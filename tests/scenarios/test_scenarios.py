@@ -39,7 +39,7 @@ def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("seed", seeds(2, 10))
+@pytest.mark.parametrize("seed", seeds(1, 10))
 def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("mission_square", tmp_path, seed, wind="2")
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
@@ -56,7 +56,7 @@ def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
 
 @pytest.mark.parametrize("seed", seeds(1, 4))
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
-    metrics = sail("hold", tmp_path, seed, wind="2")
+    metrics = sail("hold", tmp_path, seed, wind="2", time="120")
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
@@ -68,7 +68,7 @@ def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
 
 @pytest.mark.parametrize("error", ["-0.4", pytest.param("0.4", marks=pytest.mark.sweep)])
 def test_hold_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
-    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error)
+    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error, time="120")
 
 
 @pytest.mark.parametrize("error", ["-0.4", "0.4"])
