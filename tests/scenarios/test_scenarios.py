@@ -9,7 +9,7 @@ import pytest
 
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.scenario import run
+from sitl.scenarios.scenario import ScenarioResult, run
 from tests.scenarios.seeds import seeds
 
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
@@ -161,14 +161,22 @@ def test_identify_sweep(tmp_path: Path, weather: dict[str, str], seed: int) -> N
     sail("identify", tmp_path, seed, **weather)
 
 
-def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:
-    first, second = (sail("mission_square", tmp_path / name, 4, wind="2", side="10") for name in ("a", "b"))
-    assert first == second
-    assert (tmp_path / "a" / "truth.csv").read_bytes() == (tmp_path / "b" / "truth.csv").read_bytes()
+@pytest.fixture(scope="module")
+def strict(tmp_path_factory: pytest.TempPathFactory) -> tuple[ScenarioResult, Path]:
+    """A square whose corners are to be passed by a millimetre, and its folder."""
+    folder = tmp_path_factory.mktemp("strict")
+    changes = {"side": "10", "wind": "2", "limit": "0.001"}
+    return run(SCENARIOS["mission_square"], LockstepRig, folder, seed=4, changes=changes), folder
 
 
-def test_a_check_can_fail(tmp_path: Path) -> None:
+def test_the_same_seed_sails_the_same_track(tmp_path: Path, strict: tuple[ScenarioResult, Path]) -> None:
+    outcome, folder = strict
+    assert sail("mission_square", tmp_path, 4, wind="2", side="10") == dict(outcome.metrics)
+    assert (tmp_path / "truth.csv").read_bytes() == (folder / "truth.csv").read_bytes()
+
+
+def test_a_check_can_fail(strict: tuple[ScenarioResult, Path]) -> None:
     """No boat passes its corners by a millimetre: the scenario must say so."""
-    outcome = run(SCENARIOS["mission_square"], LockstepRig, tmp_path, seed=0, changes={"side": "10", "limit": "0.001"})
+    outcome, folder = strict
     assert not outcome.ok
-    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["ok"] is False
+    assert json.loads((folder / "result.json").read_text(encoding="utf-8"))["ok"] is False
