@@ -1,5 +1,6 @@
 # make run      a simulated ReVolt for any ground station on this machine, and its live page; Ctrl-C ends both
 # make test     everything that CI runs
+# make lint     the linters, the import contracts and the type checker, which make test runs too
 # make bench    figures of speed; nothing is asserted; ARGS=--keep stores some of them for this commit
 # make growth   how costs grow with missions, links, traffic, vessels, pages and logs (minutes)
 # make native   compiles the arithmetic: several times as fast; needs a C compiler and some minutes; JOBS=N
@@ -21,19 +22,28 @@ BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 
-.PHONY: run test lint bench growth native docs results matrix scenarios wheel sbom hooks lock clean
+.PHONY: run test lint style types bench growth native docs results matrix scenarios wheel sbom hooks lock clean
 
 run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
 
-test: lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not sweep"
+# One process more than two cores, since many tests wait for another process; the types are checked beside them.
+test: style
+	@echo "$(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
+	@$(BIN)/mypy & types=$$!; \
+	$(BIN)/python -m pytest -n 3 --dist worksteal -m "not sweep"; tests=$$?; \
+	wait $$types || { echo "mypy found errors: make types"; exit 1; }; \
+	exit $$tests
 
-lint: $(VENV)/.installed-test
+lint: style types
+
+style: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+types: $(VENV)/.installed-test
+	$(BIN)/mypy
 
 bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench $(ARGS)

@@ -1,5 +1,7 @@
 """Settings that all tests share."""
 
+import gc
+import itertools
 import os
 import sys
 from collections.abc import Sequence
@@ -18,27 +20,48 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# A worker holds thousands of tests and all modules: to look through them for garbage time and again takes longer than
+# many a test.
+gc.set_threshold(50_000, 20, 20)
+
 settings.register_profile(
     "fixed", derandomize=True, deadline=None
 )  # the same examples in every run, on machines of any speed
 settings.load_profile("fixed")
 
 _TESTS = Path(__file__).parent
-_LONG = ("docs", "protocol"), ("scenarios", "properties", "replay")  # rooms of long tests: one worker's, the other's
+_LONG = (  # rooms of long tests: the first worker's, which wait for other processes, then those that compute
+    ("protocol",),
+    ("scenarios",),
+    ("docs", "properties", "replay", "packaging", "architecture"),
+)
 
 
 @pytest.hookimpl(trylast=True)  # after what is deselected has gone
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of two workers each begins with long tests, and the short ones, which either may take from the other, come last.
-    One has those that wait for processes, the other those that compute."""
-    if hasattr(config, "workerinput"):
-        items[:] = _long_ones_first(items)
+    """Each worker begins with long tests of its own, and the short ones, which any may take from another, come last."""
+    workerinput = getattr(config, "workerinput", None)
+    if workerinput is not None:
+        items[:] = _long_ones_first(items, int(workerinput["workercount"]))
 
 
-def _long_ones_first(items: Sequence[pytest.Item]) -> list[pytest.Item]:
-    """In two halves, as xdist gives them to two workers."""
+def pytest_collection_finish() -> None:
+    """What has been collected stays to the end."""
+    gc.collect()
+    gc.freeze()
+
+
+def _long_ones_first(items: Sequence[pytest.Item], workers: int) -> list[pytest.Item]:
+    """In as many parts as xdist gives to the workers, one after the other. Long tests for which there is no worker of
+    their own come after those of the last."""
     rooms = [item.path.relative_to(_TESTS).parts[0] for item in items]
-    first, second = ([item for item, room in zip(items, rooms, strict=True) if room in long] for long in _LONG)
-    short = [item for item, room in zip(items, rooms, strict=True) if room not in (*_LONG[0], *_LONG[1])]
-    begun = max(0, len(items) // 2 - len(first))
-    return [*first, *short[:begun], *second, *short[begun:]]
+    parts: list[list[pytest.Item]] = [[] for _ in range(workers)]
+    for number, names in enumerate(_LONG):
+        parts[min(number, workers - 1)] += [item for item, room in zip(items, rooms, strict=True) if room in names]
+    long = {name for names in _LONG for name in names}
+    short = iter([item for item, room in zip(items, rooms, strict=True) if room not in long])
+    left = len(items)
+    for number, part in enumerate(parts):
+        part += itertools.islice(short, max(0, left // (workers - number) - len(part)))
+        left -= len(part)
+    return [item for part in parts for item in part]

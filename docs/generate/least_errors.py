@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 from companion.baselines.positioning import PERIOD_S
@@ -22,15 +23,11 @@ def least_error(axis: str, inertia: float, step: float) -> float:
 
 
 def _largest_error(axis: str, inertia: float, damping: float, step: float) -> float:
-    parameters = Parameters(load(find("revolt")).parameters)
+    parameters = _parameters()
     kp, ki, kd = (parameters[f"DPT_K{term}_{axis}"] for term in "PID")
-    reference = ThesisReference(parameters)
-    reference.retarget(step if axis == "SURGE" else 0.0, 0.0, step if axis == "YAW" else 0.0)
     place = speed = force = integral = most = 0.0
     each = round(PERIOD_S / _STEP_S)
-    for k in range(round(_LASTS_S / _STEP_S)):
-        wanted = reference.update(_STEP_S)
-        there, fast = (wanted.north_m, wanted.surge_mps) if axis == "SURGE" else (wanted.yaw_rad, wanted.yaw_rate_radps)
+    for k, (there, fast) in enumerate(_wanted(axis, step)):
         error = place - there
         most = max(most, abs(error))
         if k % each == 0:
@@ -39,6 +36,20 @@ def _largest_error(axis: str, inertia: float, damping: float, step: float) -> fl
         speed += _STEP_S * (force - damping * speed) / inertia
         place += _STEP_S * speed
     return most
+
+
+@cache
+def _parameters() -> Parameters:
+    return Parameters(load(find("revolt")).parameters)
+
+
+@cache
+def _wanted(axis: str, step: float) -> Sequence[tuple[float, float]]:
+    """Place and speed of the reference along the axis, at each step of the integration."""
+    reference = ThesisReference(_parameters())
+    reference.retarget(step if axis == "SURGE" else 0.0, 0.0, step if axis == "YAW" else 0.0)
+    wanted = (reference.update(_STEP_S) for _ in range(round(_LASTS_S / _STEP_S)))
+    return [(one.north_m, one.surge_mps) if axis == "SURGE" else (one.yaw_rad, one.yaw_rate_radps) for one in wanted]
 
 
 def inertia_for(axis: str, error: float, step: float, low: float, high: float) -> float:

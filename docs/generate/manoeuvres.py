@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 from companion.config.vessel import PlantConfig, find, load
 from docs.generate.markdown import code, page, section, table
@@ -93,9 +94,15 @@ class Row:
 
 
 @cache
+def published() -> Mapping[str, Any]:
+    """What the published program does: by edition its commit, and by manoeuvre each figure."""
+    return tomllib.loads(_DATA.read_text(encoding="utf-8"))
+
+
+@cache
 def compared() -> tuple[Row, ...]:
     """Every figure of every manoeuvre of the Otter, against the program and against its equations without errors."""
-    data = tomllib.loads(_DATA.read_text(encoding="utf-8"))
+    data = published()
     rows = [
         row for edition, plants in _AGAINST.items() for row in _rows(edition, plants, data[edition], as_published())
     ]
@@ -121,6 +128,7 @@ def _rows(
             yield Row(edition, title, figure, value, {plant: made[plant][figure] for plant in plants})
 
 
+@cache
 def _sailed(name: str, trim: Trim, manoeuvre: str) -> Mapping[str, float]:
     return _sail(_plants()[name], trim, manoeuvre)
 
@@ -184,7 +192,7 @@ def manoeuvres() -> str:
 
 
 def _otter() -> Iterator[str]:
-    data = tomllib.loads(_DATA.read_text(encoding="utf-8"))
+    data = published()
     for edition in dict.fromkeys(row.edition for row in compared()):
         rows = [row for row in compared() if row.edition == edition]
         plants = list(rows[0].plants)

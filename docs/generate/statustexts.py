@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from companion.core.decision import TextKind
 from docs.generate.markdown import code, page, section, table
@@ -100,18 +101,22 @@ def severity(said: Said) -> str:
     return " or ".join(dict.fromkeys(kinds))
 
 
-def all_texts() -> Iterator[Said]:
+@cache
+def all_texts() -> tuple[Said, ...]:
     """Every text of every module."""
-    for module in modules("companion"):
-        for function in functions(module.tree):
-            for call in own_calls(function):
-                if is_say(call, module):
-                    yield from _expanded(_spoken(call, function), function, module, 0)
-                elif called(call) in _ANSWERS and call.args:
-                    texts = [text for text in templates(call.args[0], function) if text]
-                    yield from (Said(plain(text), _ANSWERS[called(call)].name, "", module.place) for text in texts)
-        yield from _failsafes(module)
-        yield from _arming(module)
+    return tuple(said for module in modules("companion") for said in _texts_of(module))
+
+
+def _texts_of(module: Module) -> Iterator[Said]:
+    for function in functions(module.tree):
+        for call in own_calls(function):
+            if is_say(call, module):
+                yield from _expanded(_spoken(call, function), function, module, 0)
+            elif called(call) in _ANSWERS and call.args:
+                texts = [text for text in templates(call.args[0], function) if text]
+                yield from (Said(plain(text), _ANSWERS[called(call)].name, "", module.place) for text in texts)
+    yield from _failsafes(module)
+    yield from _arming(module)
 
 
 def is_say(call: ast.Call, module: Module) -> bool:
@@ -231,5 +236,7 @@ def _arming(module: Module) -> Iterator[Said]:
 
 def _is_check(function: ast.FunctionDef) -> bool:
     """`(s: Situation) -> Iterator[ArmingFinding]`."""
+    if [taken.arg for taken in function.args.args] != ["s"] or function.returns is None:
+        return False
     takes = ast.unparse(function.args) == "s: Situation"
-    return takes and function.returns is not None and "Iterator[ArmingFinding]" in ast.unparse(function.returns)
+    return takes and "Iterator[ArmingFinding]" in ast.unparse(function.returns)

@@ -13,11 +13,10 @@ from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth, rms
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 
 _HOLD = 0x03040000
 _SETTLE_S = 30.0
-_HOLD_S = 300.0
 _LIMITS_M = {"sbas": 0.9, "standalone": 4.0}  # the receiver's own slow error; 0.15 m with better grades
 
 
@@ -31,7 +30,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, home.yaw_rad, home.lat_deg, home.lon_deg, math.nan)
     gcs.sail(_SETTLE_S)
     from_s = gcs.rig.now_s
-    gcs.sail(_HOLD_S)
+    gcs.sail(number(settings, "time"))
     return {"from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": home.yaw_rad}
 
 
@@ -55,9 +54,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="hold",
-    text="300 s of station keeping with heading, in wind with gusts",
+    text="station keeping with heading, in wind with gusts",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
+    defaults={"time": "300", "wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
     by_vessel={"aboat": {"gnss": "sbas"}},
     needs=(sideways,),
     sail=sail,

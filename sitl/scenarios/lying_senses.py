@@ -31,14 +31,30 @@ _HEADING_DEG = {"heading_turned": 10.0, "heading_creep": 10.0}  # error of the e
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home; then the lie, for a minute."""
-    name = settings["lie"].partition("=")[0].partition(":")[0]
-    if name not in LIES:
-        raise ScenarioError(f"lie={settings['lie']}: no such lie; there is {', '.join(LIES)}")
+    _name_of(settings)
+    settle(gcs)
+    return lie(gcs, settings)
+
+
+def settle(gcs: GroundStation) -> None:
+    """Hold at home."""
     gcs.hold_at_home(_SETTLE_S)
+
+
+def lie(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """The lie, for a minute. Returns what `measure` needs to know."""
+    name = _name_of(settings)
     from_s = gcs.rig.now_s
     gcs.rig.world.add_fault(settings["lie"])
     gcs.sail(_WATCH_S)
     return {"from_s": from_s, "to_s": gcs.rig.now_s, "lie": name}
+
+
+def _name_of(settings: Settings) -> str:
+    name = settings["lie"].partition("=")[0].partition(":")[0]
+    if name not in LIES:
+        raise ScenarioError(f"lie={settings['lie']}: no such lie; there is {', '.join(LIES)}")
+    return name
 
 
 def found_s(folder: Path, from_s: float = -math.inf) -> list[tuple[float, str]]:

@@ -1,4 +1,4 @@
-"""Station keeping for ten minutes in gusts and a current; and with a thruster that fails and recovers."""
+"""Station keeping in gusts and a current; and with a thruster that fails and recovers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, rms
 from sitl.scenarios.positioning import figures, read
-from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
-_DURATION_S = 600.0
 _DIES_S, _DEAD_S, _RECOVERY_S = 60.0, 120.0, 60.0
 
 
@@ -34,7 +33,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home. A command sets the point, so that the metrics include errors of the estimate."""
     gcs.hold_at_home(SETTLE_S)
     from_s = gcs.rig.now_s
-    gcs.sail(_DURATION_S)
+    gcs.sail(number(settings, "time"))
     return _asked(gcs, from_s)
 
 
@@ -109,9 +108,9 @@ _DEFAULTS = {
 
 SCENARIO = Scenario(
     name="station_keeping",
-    text="600 s of station keeping with heading, in gusts and a current",
+    text="station keeping with heading, in gusts and a current",
     vessel="revolt",
-    defaults=_DEFAULTS,
+    defaults={**_DEFAULTS, "time": "600"},
     by_vessel={"cybership2": {"gnss": "basin", "wind": "", "current": "", "push": "1.5@0", "feedforward": "on"}},
     needs=(sideways,),
     sail=sail,

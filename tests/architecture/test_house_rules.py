@@ -4,49 +4,77 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 from tests.architecture.measures import LONGEST, ROOMS, ROOT, long_functions, parsed, sources, undocumented
 
-SOURCES = sources(*ROOMS)
 PURE = (
     "core", "nav", "guidance", "control", "allocation", "mission", "following", "fence", "baselines", "positioning", "payload",
     "traffic", "modes", "supervisor",
 )  # fmt: skip
 
 
-def name_of(path: Path) -> str:
-    return str(path.relative_to(ROOT))
+@dataclass(frozen=True)
+class File:
+    """A source file, which is read and parsed once for all rules."""
+
+    place: str
+    text: str
+    long: Sequence[str]
+    undocumented: Sequence[str]
+    says_what_it_is: bool
+
+    @property
+    def room(self) -> tuple[str, ...]:
+        return Path(self.place).parts[:2]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_a_function_fits_on_a_page(path: Path) -> None:
-    assert not long_functions(parsed(path)), f"at most {LONGEST} lines"
+@cache
+def files() -> Sequence[File]:
+    return [file_of(path) for path in sources(*ROOMS)]
 
 
-@pytest.mark.parametrize("path", sources("companion"), ids=name_of)
-def test_what_is_public_has_a_docstring(path: Path) -> None:
-    assert not undocumented(parsed(path))
+def file_of(path: Path) -> File:
+    tree = parsed(path)
+    named = path.name == "__init__.py" or bool(ast.get_docstring(tree))
+    text, place = path.read_text(encoding="utf-8"), str(path.relative_to(ROOT))
+    return File(place, text, long_functions(tree), undocumented(tree), named)
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_no_untracked_todo(path: Path) -> None:
-    assert not re.search(r"\b(TODO|FIXME|XXX)\b", path.read_text(encoding="utf-8"))
+def test_every_source_file_is_looked_at() -> None:
+    places = {file.place for file in files()}
+    assert len(places) > 800 and {"companion/loop.py", "sitl/world.py", "gcs_plugins/usvctl/cli.py"} <= places
 
 
-@pytest.mark.parametrize("path", [p for p in SOURCES if p.name != "__init__.py"], ids=name_of)
-def test_every_file_says_what_it_is(path: Path) -> None:
-    assert ast.get_docstring(parsed(path))
+def test_a_function_fits_on_a_page() -> None:
+    assert not {file.place: file.long for file in files() if file.long}, f"at most {LONGEST} lines"
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in SOURCES if p.relative_to(ROOT).parts[:2] in {("companion", room) for room in PURE}], ids=name_of
-)
-def test_nothing_below_the_wiring_asks_whether_it_is_simulated(path: Path) -> None:
-    code = re.sub(r'"""[\s\S]*?"""|#.*', "", path.read_text(encoding="utf-8"))
-    assert not re.search(r"\benviron\b|\bgetenv\b|\bsitl\b|\bis_simulat|\bsimulated\b", code, re.IGNORECASE)
+def test_what_is_public_has_a_docstring() -> None:
+    assert not {file.place: file.undocumented for file in files() if file.room[0] == "companion" and file.undocumented}
+
+
+def test_no_untracked_todo() -> None:
+    assert not [file.place for file in files() if re.search(r"\b(TODO|FIXME|XXX)\b", file.text)]
+
+
+def test_every_file_says_what_it_is() -> None:
+    assert not [file.place for file in files() if not file.says_what_it_is]
+
+
+def test_nothing_below_the_wiring_asks_whether_it_is_simulated() -> None:
+    asks = r"\benviron\b|\bgetenv\b|\bsitl\b|\bis_simulat|\bsimulated\b"
+    rooms = {("companion", room) for room in PURE}
+    assert {file.room for file in files()} >= rooms
+    found = [
+        file.place
+        for file in files()
+        if file.room in rooms and re.search(asks, re.sub(r'"""[\s\S]*?"""|#.*', "", file.text), re.IGNORECASE)
+    ]
+    assert not found
 
 
 def test_the_top_level_is_as_agreed() -> None:

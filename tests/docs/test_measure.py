@@ -15,13 +15,14 @@ from docs.results.consistency import consistency_rows, words_of
 from docs.results.measure import Failed, Run, runs_of, sailed, tables
 from sitl.scenarios import SCENARIOS
 
+PARSER = argument_parser()
 ROWS = [(table, row) for table in tables() for row in table["rows"]]
 
 
 @pytest.mark.parametrize(("table", "row"), ROWS, ids=[f"{table['name']}-{row['label']}" for table, row in ROWS])
 def test_a_row_can_be_sailed(table: dict[str, Any], row: dict[str, Any]) -> None:
     for run in runs_of(table, row):
-        argument_parser().parse_args(run.words)
+        PARSER.parse_args(run.words)
         assert {key for key, _ in run.settings} <= SCENARIOS[run.scenario].defaults.keys()
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.scenario import ScenarioResult, run
+from sitl.scenarios.scenario import run
 from tests.scenarios.seeds import seeds
 
 pytest.importorskip("matplotlib")
@@ -75,31 +75,29 @@ def test_a_rotating_bow_sails_the_box_too(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", seeds(1, 2))
-@pytest.mark.parametrize("name", ["station_keeping", pytest.param("thruster_failure", marks=pytest.mark.sweep)])
-def test_station_keeping(tmp_path: Path, name: str, seed: int) -> None:
+def test_station_keeping(tmp_path: Path, seed: int) -> None:
+    sail("station_keeping", tmp_path, seed, time="200")
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("name", ["station_keeping", "thruster_failure"])
+def test_station_keeping_whole(tmp_path: Path, name: str, seed: int) -> None:
     sail(name, tmp_path, seed)
 
 
-def short(folder: Path) -> ScenarioResult:
-    return run(
-        SCENARIOS["four_corner"],
-        LockstepRig,
-        folder,
-        seed=0,
-        changes={"box": "0.5", "leg": "12", "wind": ""},
-        draw=True,
-    )
-
-
 def test_it_is_drawn(tmp_path: Path) -> None:
-    assert short(tmp_path).hint == ""
+    changes = {"box": "0.5", "leg": "12", "wind": ""}
+    assert run(SCENARIOS["four_corner"], LockstepRig, tmp_path, seed=0, changes=changes, draw=True).hint == ""
     assert (tmp_path / "positioning.png").stat().st_size > 20_000
 
 
 def test_without_matplotlib_it_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [*(n for n in sys.modules if n.startswith("matplotlib")), "matplotlib"]:
         monkeypatch.setitem(sys.modules, name, None)
-    assert "usv-companion[report]" in short(tmp_path).hint
+    changes = {"time": "5"}
+    outcome = run(SCENARIOS["station_keeping"], LockstepRig, tmp_path, seed=0, changes=changes, draw=True)
+    assert "usv-companion[report]" in outcome.hint
     assert not (tmp_path / "positioning.png").exists()
 
 

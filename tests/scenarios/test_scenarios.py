@@ -9,7 +9,7 @@ import pytest
 
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.scenario import run
+from sitl.scenarios.scenario import ScenarioResult, run
 from tests.scenarios.seeds import seeds
 
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
@@ -40,7 +40,7 @@ def sail(name: str, folder: Path, seed: int, vessel: str | None = None, **change
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("seed", seeds(2, 10))
+@pytest.mark.parametrize("seed", seeds(1, 10))
 def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("mission_square", tmp_path, seed, wind="2")
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
@@ -57,7 +57,7 @@ def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
 
 @pytest.mark.parametrize("seed", seeds(1, 4))
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
-    metrics = sail("hold", tmp_path, seed, wind="2")
+    metrics = sail("hold", tmp_path, seed, wind="2", time="120")
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
@@ -69,7 +69,7 @@ def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
 
 @pytest.mark.parametrize("error", ["-0.4", pytest.param("0.4", marks=pytest.mark.sweep)])
 def test_hold_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
-    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error)
+    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error, time="120")
 
 
 @pytest.mark.parametrize("error", ["-0.4", "0.4"])
@@ -162,10 +162,9 @@ def test_identify_sweep(tmp_path: Path, weather: dict[str, str], seed: int) -> N
     sail("identify", tmp_path, seed, **weather)
 
 
-@pytest.mark.parametrize(("vessel", "limit"), [("wamv16", "0.5")])
-def test_mission_square_of_a_boat_that_turns_slowly(tmp_path: Path, vessel: str, limit: str) -> None:
+def test_mission_square_of_a_boat_that_turns_slowly(tmp_path: Path) -> None:
     """A boat of 5 m in a square of 20 m passes its corners within 1.5 m."""
-    sail("mission_square", tmp_path, 5, vessel=vessel, limit=limit)
+    sail("mission_square", tmp_path, 5, vessel="wamv16")
 
 
 @pytest.mark.sweep
@@ -179,14 +178,22 @@ def test_mission_square_of_boats_that_turn_on_the_spot_sweep(
     sail("mission_square", tmp_path, seed, vessel=vessel, limit=limit, wind="4")
 
 
-def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:
-    first, second = (sail("mission_square", tmp_path / name, 4, wind="2", side="10") for name in ("a", "b"))
-    assert first == second
-    assert (tmp_path / "a" / "truth.csv").read_bytes() == (tmp_path / "b" / "truth.csv").read_bytes()
+@pytest.fixture(scope="module")
+def strict(tmp_path_factory: pytest.TempPathFactory) -> tuple[ScenarioResult, Path]:
+    """A square whose corners are to be passed by a millimetre, and its folder."""
+    folder = tmp_path_factory.mktemp("strict")
+    changes = {"side": "10", "wind": "2", "limit": "0.001"}
+    return run(SCENARIOS["mission_square"], LockstepRig, folder, seed=4, changes=changes), folder
 
 
-def test_a_check_can_fail(tmp_path: Path) -> None:
+def test_the_same_seed_sails_the_same_track(tmp_path: Path, strict: tuple[ScenarioResult, Path]) -> None:
+    outcome, folder = strict
+    assert sail("mission_square", tmp_path, 4, wind="2", side="10") == dict(outcome.metrics)
+    assert (tmp_path / "truth.csv").read_bytes() == (folder / "truth.csv").read_bytes()
+
+
+def test_a_check_can_fail(strict: tuple[ScenarioResult, Path]) -> None:
     """No boat passes its corners by a millimetre: the scenario must say so."""
-    outcome = run(SCENARIOS["mission_square"], LockstepRig, tmp_path, seed=0, changes={"side": "10", "limit": "0.001"})
+    outcome, folder = strict
     assert not outcome.ok
-    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["ok"] is False
+    assert json.loads((folder / "result.json").read_text(encoding="utf-8"))["ok"] is False

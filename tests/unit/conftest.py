@@ -126,7 +126,8 @@ class Boat:
         health = [
             DeviceHealth(name, name not in self.silent, 0.0, "silent" if name in self.silent else "") for name in names
         ]
-        self.nav = replace(self.nav, t_s=now)
+        if self.nav.t_s != now:
+            self.nav = replace(self.nav, t_s=now)
         self.status = self.supervisor.update(self.nav, inputs, health, now)
         self.setpoint = self.supervisor.guide(self.nav, now, DT_S)
         self.obey(self.setpoint)
@@ -138,9 +139,10 @@ class Boat:
             self.severities[event.name] = event.severity
 
     def obey(self, s: Setpoint) -> None:
-        nav = self.nav
+        """Be where the setpoint says at the next tick."""
+        nav, next_s = self.nav, round(self.now_s + DT_S, 6)
         if self.pinned:
-            self.nav = replace(nav, surge_mps=0.0, sway_mps=0.0, north_mps=0.0, east_mps=0.0)
+            self.nav = replace(nav, t_s=next_s, surge_mps=0.0, sway_mps=0.0, north_mps=0.0, east_mps=0.0)
             return
         north, east, yaw, surge, sway = nav.north_m, nav.east_m, nav.yaw_rad, 0.0, 0.0
         if isinstance(s, PoseSetpoint):
@@ -156,6 +158,7 @@ class Boat:
         lat_deg, lon_deg = self.frame.to_geodetic(north, east)
         self.nav = replace(
             nav,
+            t_s=next_s,
             north_m=north,
             east_m=east,
             yaw_rad=yaw,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import functools
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from companion.analysis.capability import Capability, capability
 from companion.cli.hunt import FINDINGS, BoatStrength, hunt
 from companion.cli.main import argument_parser, main
-from companion.config.vessel import find, load
+from companion.config.vessel import VesselConfig, find, load
 from sitl.sweep.rows import JOURNAL, PARQUET, read_parquet
 from tests.unit.sitl.hunt.made import TALE, sail
 
@@ -25,8 +27,17 @@ def sailed(folder: Path) -> list[str]:
 
 
 def test_a_hunt_that_was_cut_off_asks_the_same_again_and_sails_only_the_rest(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    known: dict[tuple[Any, ...], Capability] = {}  # the same boat in all three hunts
+
+    def capability_once(config: VesselConfig, *asked: Any) -> Capability:
+        key = (config.name, *map(repr, asked))
+        if key not in known:
+            known[key] = capability(config, *asked)
+        return known[key]
+
+    monkeypatch.setattr("companion.cli.hunt.capability", capability_once)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     whole.mkdir()
     parts.mkdir()

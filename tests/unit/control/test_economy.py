@@ -6,6 +6,7 @@ import itertools
 import math
 import random
 from dataclasses import dataclass, replace
+from functools import cache
 
 import pytest
 
@@ -30,6 +31,7 @@ class Held:
     heading_rad: float
 
 
+@cache  # the whole law is what every circle is compared with
 def hold(circle_m: float, seed: int, force_n: float, gusts_n: float, seconds: float = 180.0) -> Held:
     """ReVolt in a force from abeam that varies like gusts, with the noise of RTK."""
     rng = random.Random(seed)
