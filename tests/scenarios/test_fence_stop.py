@@ -20,7 +20,9 @@ def stop(folder: Path, seed: int, vessel: str | None = None, **changes: str) -> 
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize(("by", "seed"), [("heading", 5000), ("late", 2)])
+@pytest.mark.parametrize(
+    ("by", "seed"), [("heading", 5000), ("late", 2), pytest.param("mission", 5005, marks=pytest.mark.sweep)]
+)
 def test_stops_inside(tmp_path: Path, by: str, seed: int) -> None:
     metrics = stop(tmp_path, seed, by=by)
     assert metrics["middle_short_of_line_m"] < 6.0, "it is slowed down no earlier than it must"
