@@ -92,4 +92,4 @@ def test_a_boat_without_way_astern_has_a_circle_in_which_it_can_drift_and_turn()
     one_way = OUTBOARD.replace("max_n = 60", "max_n = 60\nmin_n = 0.0")
     of = {name: parse(text, "boat.toml").parameters["DP_WATCH_R"] for name, text in (("x", one_way), ("y", OUTBOARD))}
     assert of["x"] - of["y"] == pytest.approx(4.5 * 1.6)
-    assert parse(one_way, "boat.toml").parameters["FENCE_MARGIN"] == of["x"]
+    assert parse(one_way, "boat.toml").parameters["FENCE_MARGIN"] == pytest.approx(of["x"] + 2.0 * 1.6)
