@@ -29,8 +29,8 @@ from companion.positioning.weathervane import Weathervane
 
 class HoldMode(Mode):
     """Keeps the hold point and the held heading. Deflected sticks move both. With DP_WEATHERVANE a heading that nobody
-    gave is turned to the weather, and any heading where the boat is driven off. Its hold point, watch circles, weathervane, headway watch and consequence check keep
-    all state."""
+    gave is turned to the weather, and any heading where the boat is driven off. Its hold point, watch circles,
+    weathervane, headway watch and consequence check keep all state."""
 
     declaration = ModeDeclaration(
         id=ModeId.HOLD,

@@ -78,7 +78,7 @@ class Weathervane:
         if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._driven = True
             self.restart()
-            text = "Hold: driven off sideways, bow turns to the weather"
+            text = "Hold: driven off sideways: bow turns to weather"
             self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", text)
 
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:

@@ -22,6 +22,7 @@ _HULL_SPEEDS = 1.2
 # In positioning; back to the point of a boat that drifts, faster than the drift (RescueRunner's).
 _MOST_POSITIONING_MPS, _MOST_BACK_MPS = 0.5, 2.5
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
+_MOST_FENCE_M = 50.0  # that the parameter takes
 _COASTS = 2.0  # lengths that a boat without way astern goes on after the end of a mission before it holds
 _DRIFT_CIRCLE = 6.0  # the same without way astern: it coasts after each way back (RescueRunner has 7)
 # Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
@@ -75,7 +76,7 @@ def figures(
     }
     # Without sideways thrust it may drift through its watch circle, beside the fence too.
     coasts_m = _COASTS * length_m if drifts else 0.0
-    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else rows["DP_WATCH_R"] + coasts_m
+    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else min(_MOST_FENCE_M, rows["DP_WATCH_R"] + coasts_m)
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)

@@ -123,7 +123,7 @@ def test_a_boat_without_sideways_thrust_is_not_concerned(free: Callable[..., Boa
     assert FREE not in [text for _, text in boat.said]
 
 
-DRIVEN = "Hold: driven off sideways, bow turns to the weather"
+DRIVEN = "Hold: driven off sideways: bow turns to weather"
 
 
 def yaw_asked(boat: Boat) -> float:
