@@ -41,7 +41,7 @@ Demand = Callable[[float, float], Wrench]
 @dataclass(frozen=True, slots=True)
 class Limit:
     """What is held from ahead and from any side. Of a boat that cannot push itself sideways `side` is the most in which
-    its bow comes round; None where nothing turns it away. `most` was not looked beyond."""
+    its bow comes round; None where that is not known, or nothing turns it away. `most` was not looked beyond."""
 
     ahead: float
     side: float | None
@@ -149,8 +149,10 @@ def weakness(config: VesselConfig, found: StaticLimits) -> Iterator[str]:
 
 
 def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True) -> Limit:
-    """`turns`: whether it turns the bow of a boat that drifts across it. A current carries such a boat along."""
+    """`turns`: whether it turns the bow of a boat that drifts across it. A current carries such a boat along. What a
+    rudder or a jet turns depends on the way through the water."""
     sideways, yaw_nm = config.limits.sway_n > 0.0, config.limits.yaw_nm
+    turns = turns and not any(thruster.kind in ("jet", "rudder") for thruster in config.thrusters)
 
     def from_side(from_rad: float) -> float:
         if sideways:

@@ -13,6 +13,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
+from companion.allocation.astern import braking_mps2
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
 from companion.core.decision import FenceState, Home, ModeId, TextKind
@@ -26,6 +28,7 @@ from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
+from companion.guidance.coasting import Coasting
 from companion.guidance.stopping import SMOOTHING_S, stopping_point
 from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
@@ -37,6 +40,7 @@ if TYPE_CHECKING:
 _NO_ACTION = 0  # of GF_ACTION
 _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
+_FASTEST_MPS = 30.0
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
 _STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
 _SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
@@ -93,6 +97,8 @@ class FenceGuard:
         self._frame = frame
         self._circle = HomeCircle(parameters, home, events)
         self._governor = SurgeGovernor(config, parameters)
+        self._braking_mps2 = braking_mps2(config)
+        self._coasting = Coasting(config.hull, min(_FASTEST_MPS, top_speed_mps(config)))
         self._key: tuple[object, ...] = ()
         self._areas: FenceAreas | None = None
         self._ways: Ways | None = None
@@ -368,8 +374,7 @@ class FenceGuard:
             way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
         need_m = 0.0
         if not (mode.slows and nav.heading_valid) and edge.distance_m > 0.0:
-            stop = stopping_point(nav, self._parameters)
-            need_m = math.dist(stop, (nav.north_m, nav.east_m)) + _DECIDE_S * speed
+            need_m = self._way_to_rest_m(nav, speed) + _DECIDE_S * speed
         near = areas.fence.margin(nav.north_m, nav.east_m)
         closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
         begins = (
@@ -381,6 +386,18 @@ class FenceGuard:
         if not begins and not lasts:
             return None
         return self.cause if lasts else f"Fence {max(0.0, near.distance_m):.0f} m ahead"
+
+    def _way_to_rest_m(self, nav: NavState, speed_mps: float) -> float:
+        """The way that a stop takes: with sideways thrust that of the reference; without, Hold brakes or coasts as
+        soon as it can."""
+        way_m = math.dist(stopping_point(nav, self._parameters), (nav.north_m, nav.east_m))
+        if self._config.limits.sway_n > 0.0:
+            return way_m
+        if self._braking_mps2 > 0.0:
+            at_once_m = speed_mps**2 / (2.0 * self._braking_mps2)
+        else:
+            at_once_m = self._coasting.way_m(speed_mps)
+        return min(way_m, SMOOTHING_S * speed_mps + at_once_m)
 
     def slowed(self, nav: NavState) -> NavState:
         """The estimate with which a reference for a stop begins: no faster than it can stop inside the fence. The

@@ -29,8 +29,8 @@ from companion.positioning.weathervane import Weathervane
 
 class HoldMode(Mode):
     """Keeps the hold point and the held heading. Deflected sticks move both. With DP_WEATHERVANE a heading that nobody
-    gave is turned to the weather. Its hold point, watch circles, weathervane, headway watch and consequence check keep
-    all state."""
+    gave is turned to the weather, and any heading where the boat is driven off. Its hold point, watch circles,
+    weathervane, headway watch and consequence check keep all state."""
 
     declaration = ModeDeclaration(
         id=ModeId.HOLD,
@@ -214,6 +214,7 @@ class HoldMode(Mode):
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)
             self._consequence.update(inputs)
+            self._weathervane.see(inputs, self._circles.alarmed)
         self._turn_to_weather(inputs)
         if isinstance(setpoint, PoseSetpoint) and not self.going:
             return setpoint.within(self._parameters["DP_ECON"])
@@ -223,7 +224,7 @@ class HoldMode(Mode):
         """While a point is held: turn a free heading. A stick that turns the boat gives it one."""
         if inputs.manual is not None and beyond_deadband(inputs.manual.yaw, self._parameters["MAN_DEADBAND"]) != 0.0:
             self._weathervane.give(inputs.now_s)
-        if self.going:
+        if self.going and not self._weathervane.driven_off:
             return
         heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
         if heading_rad is not None:

@@ -47,7 +47,7 @@ class BowKeeper:
     anemometer nor a measured current. The drift that the estimator knows only says which way is upstream.
 
     Beyond 0.9 of the watch circle, or where the boat drifts so fast that it would be there before the bow has come
-    round, the bow points to the hold point itself until the boat is well inside again.
+    round (not of a boat with a rudder), the bow points to the hold point itself until the boat is well inside again.
 
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
@@ -152,7 +152,8 @@ class BowKeeper:
         """`inward_m2ps`: distance times the speed towards the point."""
         circle_m = self._parameters["DP_WATCH_R"]
         calm = self._upstream_rad() is None
-        outward_mps = max(0.0, -inward_m2ps / distance_m) if distance_m > 0.0 else 0.0
+        watches = distance_m > 0.0 and not self._needs_flow  # a rudder lies better in the stream than on its way back
+        outward_mps = max(0.0, -inward_m2ps / distance_m) if watches else 0.0
         soon_m = distance_m + self._swing_s * outward_mps
         if soon_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
             self._returning = True

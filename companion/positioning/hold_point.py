@@ -206,7 +206,7 @@ class HoldPoint:
     @property
     def way_m(self) -> float | None:
         """Progress in m: grows as the boat nears the point asked for. None where it cannot be measured: the boat is
-        there, or the reference is still on its way."""
+        there, or is led by a reference that is still on its way."""
         return self._way_m
 
     @property
@@ -350,9 +350,8 @@ class HoldPoint:
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
         self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
         north_m, east_m, _ = self._keeper.target
-        self._way_m = (
-            -math.hypot(north_m - nav.north_m, east_m - nav.east_m) if self._going and self._keeper.arrived else None
-        )
+        led = self._can_sway and not self._keeper.arrived  # by the reference, which the boat follows
+        self._way_m = -math.hypot(north_m - nav.north_m, east_m - nav.east_m) if self._going and not led else None
         return setpoint
 
     def _is_there(self, nav: NavState) -> bool:

@@ -22,6 +22,11 @@ class WatchCircles:
         self._events = events
         self._outside = self._alarmed = False
 
+    @property
+    def alarmed(self) -> bool:
+        """Whether the boat is outside the alarm circle."""
+        return self._alarmed
+
     def reset(self) -> None:
         """Another point is held: forget which circles the boat was outside of."""
         self._outside = self._alarmed = False

@@ -3,6 +3,9 @@
 Wind and current push a hull sideways many times harder than from ahead. Where the mean force to give lies along the
 hull, ahead, the thrust is about the least (weather optimal positioning, Fossen and Strand 2001). The bow turns slowly
 towards that force, which is known by the thrust itself: neither anemometer nor a measured current is needed.
+
+A boat that is driven off its point with all its sideways thrust gives up any heading: bow on it holds several times as
+much.
 """
 
 from __future__ import annotations
@@ -19,20 +22,29 @@ _MEAN_S = 15.0
 _SETTLE_S = 30.0  # after the start, before the mean counts
 _TURN_S = 120.0  # in which the bow would turn by the angle of the force; this one changes several times as fast
 _BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
+# Driven off: share of the sideways limit in the mean; seconds before the mean counts; and _TURN_S.
+_DRIVEN_SHARE, _DRIVEN_SETTLE_S, _DRIVEN_TURN_S = 0.7, 5.0, 30.0
 _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
 
 
 class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force, whether
-    the bow turns, and what was announced."""
+    the bow turns, the mean of the sideways force without its sign, whether the boat is driven off, and what was
+    announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
         self._surge_n, self._sway_n = config.limits.surge_n, config.limits.sway_n
         self._parameters = parameters
         self._events = events
         self._given = False
-        self._announced = False
+        self._announced = self._driven = False
+        self._sideways_n = 0.0
         self.restart()
+
+    @property
+    def driven_off(self) -> bool:
+        """Whether a heading was given up since the boat was driven off its point."""
+        return self._driven
 
     @property
     def turning(self) -> bool:
@@ -41,13 +53,14 @@ class Weathervane:
 
     def free(self) -> None:
         """Hold begins: nobody has given a heading."""
-        self._given = False
+        self._given = self._driven = False
+        self._sideways_n = 0.0
         self.restart()
 
     def give(self, now_s: float | None = None) -> None:
         """The operator has given a heading. `now_s`: announce that the bow no longer turns; None: the command's own
         answer tells it."""
-        self._given = True
+        self._given, self._driven = True, False
         if self._announced and now_s is not None:
             self._events.say(now_s, TextKind.ROUTINE, "weathervane", "Hold: heading held, as the operator gave one")
         self._announced = False
@@ -58,19 +71,31 @@ class Weathervane:
         self._taken_s = 0.0
         self._turning = False
 
+    def see(self, inputs: ModeInputs, alarmed: bool) -> None:
+        """Every tick while a point is held. `alarmed`: the boat is outside the alarm circle."""
+        share = inputs.dt_s / (inputs.dt_s + _MEAN_S)
+        self._sideways_n += share * (abs(inputs.achieved.sway_n) - self._sideways_n)
+        if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
+            self._driven = True
+            self.restart()
+            text = "Hold: driven off sideways: bow turns to weather"
+            self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", text)
+
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:
         """The heading to hold from now on; None: `held_rad` stays."""
         if not self._active(inputs.now_s):
             return None
         self._take_mean(inputs)
-        if self._taken_s < _SETTLE_S:
+        if self._taken_s < (_DRIVEN_SETTLE_S if self._driven else _SETTLE_S):
             return None
-        off_rad = self._off_rad()
+        off_rad, turn_s = self._off_rad(), _DRIVEN_TURN_S if self._driven else _TURN_S
         self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
-        return wrap_pi(held_rad + off_rad * inputs.dt_s / _TURN_S) if self._turning else None
+        return wrap_pi(held_rad + off_rad * inputs.dt_s / turn_s) if self._turning else None
 
     def _active(self, now_s: float) -> bool:
         """Whether the heading is free; announces it."""
+        if self._driven:
+            return True
         if self._given or self._sway_n <= 0.0 or not self._parameters["DP_WEATHERVANE"]:
             self._announced = False
             self.restart()

@@ -20,6 +20,7 @@ _MISSION = 0x04040000
 _ROOM_M = 12.0  # of the fence beside the route
 _CHECKED_SHARE = 0.3  # of the top speed: mean on the way home
 _BESIDE_S, _AT_HOME_S = 60.0, 30.0
+_SPARE_M = 5.0  # of the fence beside what plans keep from it
 _FENCE_LENGTHS = 4.0  # least room of the fence, in lengths of the boat
 
 
@@ -28,10 +29,11 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     out_m = number(settings, "out")
     config = gcs.rig.config
     home = LocalFrame(config.home.lat_deg, config.home.lon_deg)
-    room_m = max(_ROOM_M, _FENCE_LENGTHS * config.length_m)
+    gcs.ready()
+    kept_m = 0.5 * config.length_m + gcs.parameter("FENCE_MARGIN")
+    room_m = max(_ROOM_M, _FENCE_LENGTHS * config.length_m, kept_m + _SPARE_M)
     sides = ((out_m + room_m, -room_m), (out_m + room_m, room_m), (-room_m, room_m), (-room_m, -room_m))
     vertex, frame = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_FRAME_GLOBAL
-    gcs.ready()
     fence = [Item(vertex, *home.to_geodetic(*side), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for side in sides]
     gcs.upload(fence, mavlink.MAV_MISSION_TYPE_FENCE)
     gcs.set_parameter("NAV_DLL_ACT", 2.0)  # RTL
@@ -43,13 +45,16 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.heartbeats = False
     silent_s = gcs.rig.now_s
     gcs.sail(_BESIDE_S + _AT_HOME_S + out_m / slow_mps)
-    return {"silent_s": silent_s, "to_s": gcs.rig.now_s, "length_m": config.length_m}
+    near_m = 2.0 * config.length_m
+    if any(thruster.kind in ("jet", "rudder") for thruster in config.thrusters):  # it holds by drifting
+        near_m = max(near_m, gcs.parameter("DP_WATCH_R"))
+    return {"silent_s": silent_s, "to_s": gcs.rig.now_s, "near_m": near_m}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     """Where it is in the last half minute, and when it was there first."""
     track = between(read_truth(folder), asked["silent_s"])
-    near_m = 2.0 * asked["length_m"]
+    near_m = asked["near_m"]
     last = between(track, asked["to_s"] - _AT_HOME_S)
     there_s = next((row["t_s"] for row in track if distance_to(row, 0.0, 0.0) <= near_m), math.inf)
     metrics = {

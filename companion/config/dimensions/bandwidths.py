@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from companion.config.devices import SensorConfig
 from companion.config.dimensions.figure import Figure
+from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.receivers import grade_of
 from companion.config.hull import HullConfig
 
@@ -17,7 +18,12 @@ _MOST_BY_RECEIVER = {"rtk": 0.6, "sbas": 0.35, "standalone": 0.25}  # rad/s: a w
 _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
 _SLOWEST_CRUISE_MPS = 0.3
+_HULL_SPEEDS = 1.2
+# In positioning; back to the point of a boat that drifts, faster than the drift (RescueRunner's).
+_MOST_POSITIONING_MPS, _MOST_BACK_MPS = 0.5, 2.5
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
+_MOST_FENCE_M = 50.0  # that the parameter takes
+_COASTS = 2.0  # lengths that a boat without way astern goes on after the end of a mission before it holds
 _DRIFT_CIRCLE = 6.0  # the same without way astern: it coasts after each way back (RescueRunner has 7)
 # Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
 _BOW_CIRCLE = 1.5
@@ -52,7 +58,15 @@ def figures(
         "DP_BW_YAW": _within(0.15, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(0.8, by_lag)),
         "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
         "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
-        **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull, _TURN * length_m if needs_flow else 0.0),
+        **_speeds(
+            top_mps,
+            _cruise_mps(hull, top_mps, length_m),
+            surge_n / hull.m11_kg,
+            yaw_nm,
+            hull,
+            _TURN * length_m if needs_flow else 0.0,
+            _MOST_BACK_MPS if drifts else _MOST_POSITIONING_MPS,
+        ),
         **_circles(
             length_m,
             receiver,
@@ -61,7 +75,8 @@ def figures(
         "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
     }
     # Without sideways thrust it may drift through its watch circle, beside the fence too.
-    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else rows["DP_WATCH_R"]
+    coasts_m = _COASTS * length_m if drifts else 0.0
+    rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else min(_MOST_FENCE_M, rows["DP_WATCH_R"] + coasts_m)
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
@@ -72,14 +87,22 @@ def figures(
     )
 
 
-def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig, turn_m: float) -> dict[str, float]:
-    """`turn_m`: radius of the tightest turn; 0 for a boat that turns by a moment of its thrusters."""
+def _speeds(
+    top_mps: float,
+    cruise_mps: float,
+    most_mps2: float,
+    yaw_nm: float,
+    hull: HullConfig,
+    turn_m: float,
+    positioning_mps: float,
+) -> dict[str, float]:
+    """`turn_m`: radius of the tightest turn; 0 for a boat that turns by a moment of its thrusters. `positioning_mps`:
+    the most in positioning."""
     turn_radps2 = yaw_nm / hull.m33_kgm2
     d = hull.damping
     turn_radps = (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * 0.5 * yaw_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
-    cruise_mps = max(_SLOWEST_CRUISE_MPS, _CRUISE_SHARE * top_mps)
     turn_radps = cruise_mps / turn_m if turn_m > 0.0 else turn_radps
-    positioning = _within(0.1, _POSITIONING_SHARE * top_mps, 0.5)
+    positioning = _within(0.1, _POSITIONING_SHARE * top_mps, positioning_mps)
     return {
         "WP_SPEED": cruise_mps,
         "MPC_XY_VEL_MAX": max(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps),
@@ -94,6 +117,13 @@ def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig, t
         "PATH_YAW_RATE": _within(5.0, math.degrees(turn_radps), 30.0),
         "MAN_YAW_RATE": _within(5.0, math.degrees(0.7 * turn_radps), 40.0),
     }
+
+
+def _cruise_mps(hull: HullConfig, top_mps: float, length_m: float) -> float:
+    """A share of the top speed. A hull that does not plane is not driven far beyond its hull speed: it steers badly
+    there."""
+    most_mps = math.inf if hull.resistance else _HULL_SPEEDS * math.sqrt(GRAVITY_MPS2 * length_m / math.tau)
+    return max(_SLOWEST_CRUISE_MPS, min(_CRUISE_SHARE * top_mps, most_mps))
 
 
 def _circles(length_m: float, receiver: str, lengths: float) -> dict[str, float]:

@@ -94,3 +94,8 @@ def test_the_waves_of_a_wind_are_those_of_rough_water() -> None:
     """ReVolt's 3 m/s are 4.6 m/s at 10 m and raise 0.07 m with a period of 1.0 s (docs/inside/sea.md)."""
     height_m, period_s = wind_sea(3.0)
     assert height_m == pytest.approx(0.07, abs=0.01) and period_s == pytest.approx(1.0, abs=0.1)
+
+
+def test_of_a_rudder_nobody_says_in_which_wind_the_bow_comes_round() -> None:
+    found = static_limits(kayak(layout="rudder"))
+    assert found is not None and found.wind.side is None and not any("comes round" in line for line in lines(found))

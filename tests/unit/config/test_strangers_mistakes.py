@@ -92,4 +92,10 @@ def test_a_boat_without_way_astern_has_a_circle_in_which_it_can_drift_and_turn()
     one_way = OUTBOARD.replace("max_n = 60", "max_n = 60\nmin_n = 0.0")
     of = {name: parse(text, "boat.toml").parameters["DP_WATCH_R"] for name, text in (("x", one_way), ("y", OUTBOARD))}
     assert of["x"] - of["y"] == pytest.approx(4.5 * 1.6)
-    assert parse(one_way, "boat.toml").parameters["FENCE_MARGIN"] == of["x"]
+    assert parse(one_way, "boat.toml").parameters["FENCE_MARGIN"] == pytest.approx(of["x"] + 2.0 * 1.6)
+
+
+def test_a_small_light_boat_does_not_cruise_far_beyond_its_hull_speed() -> None:
+    """Strong motors on 1 m: 2.4 m/s by its thrust. At 1.9 times its hull speed it came 2 m off the legs of a square."""
+    small = replace(ANSWERS, length_m=1.0, beam_m=0.6, mass_kg=14.0, hull_beam_m=0.14, spread_m=0.46, motor="T200")
+    assert parse(file_text(small), "boat.toml").parameters["WP_SPEED"] == pytest.approx(1.2 * 1.25, rel=0.01)

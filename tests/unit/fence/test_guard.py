@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -13,6 +13,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from shapely.geometry import LineString, Point, Polygon
 
+from companion.config.vessel import find, load
 from companion.core.decision import MissionState, ModeId, Result
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, ThrusterSetpoint
 from companion.guidance.stern_first import turned
@@ -240,6 +241,23 @@ def test_by_stick_the_action_comes_while_the_boat_can_still_stop(boat: Boat, act
     assert boat.status.mode is mode
     assert any(text.startswith(f"Fence {50 - north_m} m ahead") for text in boat.texts())
     assert boat.status.fence is not None and not boat.status.fence.breached
+
+
+@pytest.mark.parametrize(("vessel", "speed_mps", "early_m"), [("otter", 2.0, 12.0), ("rescuerunner", 10.0, 75.0)])
+def test_without_sideways_thrust_it_comes_as_late_as_hold_can_stop(
+    make_boat: Callable[..., Boat], vessel: str, speed_mps: float, early_m: float
+) -> None:
+    """Hold brakes with all thrust astern, or coasts. The reference of a boat with sideways thrust needs twice the way."""
+    boat = make_boat(load(find(vessel)))
+    fence(boat, inside=[((-50.0, -100.0), (200.0, -100.0), (200.0, 100.0), (-50.0, 100.0))])
+    armed_in(boat, ModeId.FORCES)
+    for north_m in range(200):
+        at(boat, float(north_m), 0.0, north_mps=speed_mps)
+        boat.step()
+        if "fence" in boat.status.failsafes:
+            break
+    margin_m = boat.parameters["FENCE_MARGIN"] + 0.5 * boat.config.length_m
+    assert speed_mps < 200.0 - margin_m - north_m < early_m
 
 
 def test_the_warning_ends_when_the_boat_turns_away(boat: Boat) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from companion.config.vessel import VesselConfig
+from companion.config.vessel import VesselConfig, find, load
 from companion.core.decision import ModeId
 from companion.core.setpoint import PathSetpoint
 from companion.core.tick import Inputs
@@ -121,3 +121,15 @@ def test_a_boat_without_sway_skips_turns_on_the_spot(jet: Any) -> None:
     jet.supervisor.arm(jet.now_s)
     jet.until(lambda: jet.status.mission.state is MissionState.COMPLETE)
     assert "turn_skipped" in jet.names()
+
+
+def test_a_go_to_of_a_boat_without_sideways_thrust_that_makes_no_headway_is_announced(
+    make_boat: Callable[..., Boat],
+) -> None:
+    """Blown away on the way to a near point, it was never at the point, and nothing was said."""
+    boat = holding(make_boat(load(find("otter"))))
+    boat.supervisor.go_to(*boat.point(4.0, 0.0), None, None, boat.now_s)
+    for i in range(900):
+        boat.step()
+        boat.nav = replace(boat.nav, north_m=-0.02 * i, surge_mps=0.0, north_mps=-0.2)
+    assert "no_headway" in boat.names()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -13,6 +13,7 @@ from companion.core.actuation import Wrench
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeId
 from companion.core.frames import ned_to_body
+from companion.core.setpoint import PoseSetpoint
 from companion.modes.hold import HoldMode
 from tests.unit.conftest import Boat
 
@@ -120,3 +121,37 @@ def test_a_boat_without_sideways_thrust_is_not_concerned(free: Callable[..., Boa
     boat = free("otter")
     sail(boat, Weather(1.0, 2.0), 60.0)
     assert FREE not in [text for _, text in boat.said]
+
+
+DRIVEN = "Hold: driven off sideways: bow turns to weather"
+
+
+def yaw_asked(boat: Boat) -> float:
+    setpoint = boat.setpoint
+    assert isinstance(setpoint, PoseSetpoint)
+    return setpoint.yaw_rad
+
+
+def blown_off(boat: Boat, sway_n: float) -> None:
+    """Put the boat beyond its alarm circle, and let it push sideways with `sway_n` for a minute."""
+    north_m = 1.5 * boat.parameters["DP_ALARM_R"]
+    lat_deg, lon_deg = boat.point(north_m, 0.0)
+    boat.pinned = True
+    boat.nav = replace(boat.nav, north_m=north_m, lat_deg=lat_deg, lon_deg=lon_deg)
+    for _ in range(600):
+        boat.supervisor.thrust_achieved(Wrench(0.0, sway_n, 0.0))
+        boat.tick()
+
+
+def test_driven_off_with_all_its_sideways_thrust_the_boat_gives_up_its_heading(free: Callable[..., Boat]) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    limit_n = boat.config.limits.sway_n
+    blown_off(boat, limit_n)
+    assert boat.texts().count(DRIVEN) == 1
+    assert yaw_asked(boat) > math.radians(30.0), "towards the force that it gives"
+
+
+def test_a_boat_that_is_off_its_point_with_thrust_to_spare_keeps_its_heading(free: Callable[..., Boat]) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    blown_off(boat, 0.4 * boat.config.limits.sway_n)
+    assert DRIVEN not in boat.texts() and yaw_asked(boat) == pytest.approx(0.0)
