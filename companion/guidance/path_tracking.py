@@ -378,7 +378,9 @@ class PathTracker:
         gain = self._parameters["PATH_INTEGRAL"]
         leaning = error + gain * self._integral
         if abs(error) < 2.0 * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
-            self._integral += self._speed * lookahead * error / (lookahead * lookahead + leaning * leaning) * dt_s
+            # a boat that waits for its bow learns as slowly as it sails
+            pace = min(self._speed, max(0.0, self._surge)) if self._pivots else self._speed
+            self._integral += pace * lookahead * error / (lookahead * lookahead + leaning * leaning) * dt_s
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)

@@ -350,7 +350,8 @@ class HoldPoint:
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
         self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
         north_m, east_m, _ = self._keeper.target
-        led = self._can_sway and not self._keeper.arrived  # by the reference, which the boat follows
+        # with sideways thrust the reference leads there; without, a boat inside its watch circle may lie as it likes
+        led = not self._keeper.arrived if self._can_sway else self._is_there(nav)
         self._way_m = -math.hypot(north_m - nav.north_m, east_m - nav.east_m) if self._going and not led else None
         return setpoint
 
