@@ -17,7 +17,6 @@ VESSELS = ["revolt", "otter", "rescuerunner", "blueboat", "aboat", "wamv16", "he
 def sail(folder: Path, vessel: str, seed: int, **changes: str) -> dict[str, float]:
     outcome = run(SCENARIOS["no_compass"], LockstepRig, folder, seed=seed, vessel=vessel, changes=changes)
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
-    assert outcome.metrics["heading_max_sigma"] < 3.0  # it says how wrong it may be
     return dict(outcome.metrics)
 
 
