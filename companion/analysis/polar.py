@@ -9,7 +9,7 @@ thrust, without a reserve for gusts and waves.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from companion.allocation.geometry import thrusters_of
@@ -76,25 +76,30 @@ def wrench_against(
     )
 
 
-def _strongest(
-    config: VesselConfig, from_rad: float, current_mps: tuple[float, float], out: frozenset[int], most_mps: float
-) -> float | None:
-    limits = config.limits
-    thrusters = thrusters_of(config)
+def can_hold(config: VesselConfig, wrench: Wrench, out: frozenset[int] = frozenset()) -> bool:
+    """Whether the thrusters without those of the indices `out` give a wrench, within its limits. What the boat has no
+    limit for, sideways force or moment, is asked of the thrusters alone."""
+    scales = (config.limits.surge_n, config.limits.sway_n, config.limits.yaw_nm)
+    asked = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
+    within = all(abs(value) <= limit or limit <= 0.0 for value, limit in zip(asked, scales, strict=True))
+    return within and is_met(thrusters_of(config), scales, wrench, out)
 
-    def holds(wind_mps: float) -> bool:
-        demand = wrench_against(config, wind_mps, from_rad, current_mps)
-        scales = (limits.surge_n, limits.sway_n, limits.yaw_nm)
-        asked = (demand.surge_n, demand.sway_n, demand.yaw_nm)
-        within = all(abs(value) <= limit for value, limit in zip(asked, scales, strict=True))
-        return within and is_met(thrusters, scales, demand, out)
 
-    if not holds(0.0):
-        return None
-    if holds(most_mps):
-        return most_mps
-    low, high = 0.0, most_mps
-    for _ in range(_STEPS):
+def strongest(holds: Callable[[float], bool], most: float, steps: int) -> float:
+    """The largest value from 0 to `most` that is held, by so many steps of halving."""
+    if holds(most):
+        return most
+    low, high = 0.0, most
+    for _ in range(steps):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low
+
+
+def _strongest(
+    config: VesselConfig, from_rad: float, current_mps: tuple[float, float], out: frozenset[int], most_mps: float
+) -> float | None:
+    def holds(wind_mps: float) -> bool:
+        return can_hold(config, wrench_against(config, wind_mps, from_rad, current_mps), out)
+
+    return strongest(holds, most_mps, _STEPS) if holds(0.0) else None

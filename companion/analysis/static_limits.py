@@ -11,12 +11,10 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from companion.allocation.geometry import thrusters_of
-from companion.analysis.polar import wrench_against
+from companion.analysis.polar import can_hold, strongest, wrench_against
 from companion.config.dimensions.form import GRAVITY_MPS2, TRAITS, WATER_KGPM3
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
-from companion.positioning.consequence import is_met
 
 MOST_MPS, MOST_CURRENT_MPS, MOST_HEIGHT_M = 40.0, 5.0, 2.0
 _STEPS = 9  # of halving
@@ -156,31 +154,12 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
 
     def from_side(from_rad: float) -> float:
         if sideways:
-            return _strongest(lambda value: _holds(config, demand(value, from_rad)), most)
-        return _strongest(lambda value: abs(demand(value, from_rad).yaw_nm) <= yaw_nm, most)
+            return strongest(lambda value: can_hold(config, demand(value, from_rad)), most, _STEPS)
+        return strongest(lambda value: abs(demand(value, from_rad).yaw_nm) <= yaw_nm, most, _STEPS)
 
     angles = [math.tau * n / _DIRECTIONS for n in range(_DIRECTIONS)]
-    ahead = _strongest(lambda value: _holds(config, demand(value, 0.0)), most)
+    ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
     return Limit(ahead, min(map(from_side, angles)) if sideways or turns else None, most)
-
-
-def _holds(config: VesselConfig, wrench: Wrench) -> bool:
-    limits = config.limits
-    scales = (limits.surge_n, limits.sway_n, limits.yaw_nm)
-    asked = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
-    within = all(abs(one) <= most_n or most_n <= 0.0 for one, most_n in zip(asked, scales, strict=True))
-    return within and is_met(thrusters_of(config), scales, wrench, frozenset())
-
-
-def _strongest(holds: Callable[[float], bool], most: float) -> float:
-    """The largest value up to `most` that is held, by halving."""
-    if holds(most):
-        return most
-    low, high = 0.0, most
-    for _ in range(_STEPS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
 
 
 def _box(config: VesselConfig) -> tuple[float, float, float]:

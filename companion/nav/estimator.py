@@ -36,7 +36,7 @@ from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
-from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2, relative
+from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.measured_off import Wander
 from companion.nav.model_aid import ModelAid
 from companion.nav.mounting import Mounting
@@ -508,27 +508,16 @@ class Estimator:
 
     def _search_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
         """Look for the heading by the boat's motion while nothing measures it."""
-        inertial, search, t_s = self._inertial, self._search, velocity.t_s
-        if inertial is None or not self._pose.started or not search.is_due(t_s):
-            return
-        if not inertial.feels:
-            search.heard(t_s)
-            return
-        if not search.runs:
-            lost, tilt = is_lost(self._solution().motion(inertial.t_s).yaw_sigma_rad), inertial.tilt()
-            if not lost or tilt is None:
-                return
-            speed_mps = math.hypot(velocity.north_mps, velocity.east_mps)
-            search.begin(inertial.t_s, tilt, inertial.levelling.sigma_rad(speed_mps), inertial.filter)
-        arm = relative(lever, inertial.lever_m)
-        found = search.velocity(t_s, velocity.north_mps, velocity.east_mps, arm, sigma_mps)
-        if found is not None:
-            self._orient(found)
-
-    def _orient(self, found: ErrorStateFilter) -> None:
-        """Go on with a filter that has found the heading."""
         inertial = self._inertial
-        assert inertial is not None
+        if inertial is None or not self._pose.started or not self._search.is_due(velocity.t_s):
+            return
+        yaw_sigma_rad = self._solution().motion(inertial.t_s).yaw_sigma_rad
+        found = self._search.look(velocity, lever, sigma_mps, inertial, yaw_sigma_rad)
+        if found is not None:
+            self._orient(inertial, found)
+
+    def _orient(self, inertial: InertialSolution, found: ErrorStateFilter) -> None:
+        """Go on with a filter that has found the heading."""
         t_s, motion = inertial.t_s, self._solution().motion(inertial.t_s)
         # without a heading, the antenna may be on any side of the boat
         arm_m = max(math.hypot(lever[0], lever[1]) for lever in (*self._levers.values(), ZERO))

@@ -14,9 +14,10 @@ import math
 from collections.abc import Sequence
 
 from companion.core.angles import wrap_pi
-from companion.core.readings import Imu
+from companion.core.readings import GroundVelocity, Imu
 from companion.nav.error_state import ErrorStateFilter, Innovation
-from companion.nav.lever_arms import Vector
+from companion.nav.inertial import InertialSolution
+from companion.nav.lever_arms import Vector, relative
 from companion.nav.outliers import VELOCITY_GATE
 from companion.nav.validity import HEADING_COAST_RAD
 
@@ -43,8 +44,8 @@ def is_lost(yaw_sigma_rad: float) -> bool:
 class HeadingSearch:
     """Inertial samples and velocities → a filter that knows the heading.
 
-    While it runs, call `sample` and `velocity` in the order of time; call `heard` for each heading. Remembers the
-    filters with their weights, and since when there has been no heading.
+    Call `heard` for each heading, `look` for each velocity that `is_due`, and `sample` while it runs, in the order of
+    time. Remembers the filters with their weights, and since when there has been no heading.
     """
 
     def __init__(self) -> None:
@@ -84,12 +85,33 @@ class HeadingSearch:
             self._down_s = imu.t_s
 
     def is_due(self, t_s: float) -> bool:
-        """Whether the search wants a velocity of that time."""
+        """Whether a velocity of that time is wanted: there has been no heading for a while."""
         if self._silent_since_s is None:
             self._silent_since_s = t_s
         return t_s - self._silent_since_s > _SILENT_S and t_s - self._velocity_s >= _PERIOD_S
 
-    def begin(self, t_s: float, tilt: tuple[float, float], tilt_sigma_rad: float, known: ErrorStateFilter) -> None:
+    def look(
+        self,
+        velocity: GroundVelocity,
+        lever_m: Vector,
+        sigma_mps: float,
+        inertial: InertialSolution,
+        yaw_sigma_rad: float,
+    ) -> ErrorStateFilter | None:
+        """Take a velocity over ground of a receiver at `lever_m` (body axes), and begin where the heading, of
+        `yaw_sigma_rad`, is lost. Returns the filter that has found it; its position means nothing."""
+        if not inertial.feels:
+            self.heard(velocity.t_s)
+            return None
+        if not self._filters:
+            tilt = inertial.tilt()
+            if not is_lost(yaw_sigma_rad) or tilt is None:
+                return None
+            speed_mps = math.hypot(velocity.north_mps, velocity.east_mps)
+            self._begin(inertial.t_s, tilt, inertial.levelling.sigma_rad(speed_mps), inertial.filter)
+        return self._weigh(velocity, relative(lever_m, inertial.lever_m), sigma_mps)
+
+    def _begin(self, t_s: float, tilt: tuple[float, float], tilt_sigma_rad: float, known: ErrorStateFilter) -> None:
         """Begin with every heading at the next velocity.
 
         `t_s`: of the last sample; `tilt`: (roll_rad, pitch_rad); `known`: a filter that has the noise and the biases of
@@ -105,11 +127,10 @@ class HeadingSearch:
         self._weights = [1.0 / _HYPOTHESES] * _HYPOTHESES
         self._rejections, self._t_s, self._velocity_s = 0, t_s, -math.inf
 
-    def velocity(
-        self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float
-    ) -> ErrorStateFilter | None:
-        """Take a velocity over ground of the point `lever_m` (body axes) from the inertial sensor. Returns the filter
-        with the right heading, once that is known; its position means nothing."""
+    def _weigh(self, velocity: GroundVelocity, lever_m: Vector, sigma_mps: float) -> ErrorStateFilter | None:
+        """Take a velocity of the point `lever_m` (body axes) from the inertial sensor. Returns the filter with the
+        right heading, once that is known."""
+        t_s, north_mps, east_mps = velocity.t_s, velocity.north_mps, velocity.east_mps
         if self._velocity_s == -math.inf or t_s - self._velocity_s > _LONGEST_SILENCE_S:
             for one in self._filters:
                 one.reset_velocity(north_mps, east_mps, lever_m, (_VELOCITY_FACTOR * sigma_mps) ** 2)

@@ -15,6 +15,7 @@ from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 from companion.positioning.stop import Stop
 
+_REST_MPS = 0.2  # along the hull: slow enough to hold where the boat is
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
 _DRIFT_TIME_S = 15.0
@@ -33,7 +34,6 @@ _LEAST_LINE_M = 1.0
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
-_REST_MPS = 0.2
 _COAST_BESIDE_SHARE = 0.3  # of the watch circle: further aside the drift does not lead past the point
 
 

@@ -14,24 +14,9 @@ from companion.config.vessel import VesselConfig, find, load, parse
 from docs.generate.wave_balance import mean_drift
 
 KAYAK = Answers(
-    name="kayak",
-    title="Kayak",
-    form="monohull",
-    length_m=3.0,
-    beam_m=0.7,
-    mass_kg=60.0,
-    draft_m=None,
-    hull_beam_m=None,
-    top_speed_mps=None,
-    layout="twin-bow",
-    motor="65",
-    voltage_v=None,
-    spread_m=0.5,
-    board="microcontroller",
-    receiver="two",
-    lat_deg=63.4,
-    lon_deg=10.4,
-)
+    "kayak", "Kayak", "monohull", 3.0, 0.7, 60.0, None, None, None, "twin-bow", "65", None, 0.5,
+    "microcontroller", "two", 63.4, 10.4,
+)  # fmt: skip
 
 
 def kayak(**changes: object) -> VesselConfig:

@@ -11,24 +11,9 @@ from companion.config.plausibility import judgements
 from companion.config.vessel import ConfigError, parse
 
 ANSWERS = Answers(
-    name="cat",
-    title="Cat",
-    form="catamaran",
-    length_m=1.6,
-    beam_m=1.0,
-    mass_kg=55.0,
-    draft_m=None,
-    hull_beam_m=0.25,
-    top_speed_mps=None,
-    layout="twin",
-    motor="60",
-    voltage_v=None,
-    spread_m=0.75,
-    board="microcontroller",
-    receiver="one",
-    lat_deg=63.4,
-    lon_deg=10.4,
-)
+    "cat", "Cat", "catamaran", 1.6, 1.0, 55.0, None, 0.25, None, "twin", "60", None, 0.75,
+    "microcontroller", "one", 63.4, 10.4,
+)  # fmt: skip
 TWIN = file_text(ANSWERS)
 OUTBOARD = file_text(replace(ANSWERS, form="planing", layout="azimuth", hull_beam_m=None))
 PODS = file_text(replace(ANSWERS, form="monohull", layout="two-azimuths", hull_beam_m=None))
