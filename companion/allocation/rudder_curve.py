@@ -15,7 +15,7 @@ class RudderCurve:
     """Thrust in N along the hull, angle in rad with the sign of the push to starboard, speed ahead through the water in
     m/s. Remembers nothing.
 
-    The blade's own drift is not in it: to the hull it is a fin, which a sea trial finds as damping.
+    The blade's own drift is not in it: to the hull it is a fin (`companion.config.dimensions.fins`).
     """
 
     __slots__ = ("_coefficient", "_disc", "_free", "_gain", "_race", "_rudder", "_stop_rad", "_wake", "lever_m")
@@ -34,12 +34,8 @@ class RudderCurve:
         self.lever_m = rudder.x_m
 
     def inflow(self, thrust_n: float, surge_mps: float) -> float:
-        """U² at the blade, in m²/s². With the propeller astern only what stands beside the race has flow."""
-        ahead = self._wake * max(0.0, surge_mps)
-        if thrust_n < 0.0:
-            return self._free * ahead * ahead
-        race = ahead + self._gain * (math.sqrt(ahead * ahead + thrust_n / self._disc) - ahead)
-        return self._race * race * race + self._free * ahead * ahead
+        """As `RudderConfig.inflow`."""
+        return self._rudder.inflow(thrust_n, surge_mps, self._disc)
 
     def force_n(self, thrust_n: float, angle_rad: float, surge_mps: float) -> tuple[float, float]:
         """(surge, sway) of propeller and blade together. 0 sideways without flow."""

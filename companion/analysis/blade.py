@@ -7,22 +7,18 @@ share (MMG, Yasukawa and Yoshimura 2015), and the flow from its trailing edge on
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.allocation.rudder_curve import RudderCurve
 from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.fins import STRAIGHTENED
 from companion.config.dimensions.form import WATER_KGPM3
-from companion.config.hull import HullConfig
 from companion.config.rudder import RudderConfig
-from companion.config.top_speed import top_speed_mps
-from companion.config.vessel import VesselConfig
 
 Array = NDArray[np.float64]
 
-STRAIGHTENED = 0.6  # share of a drift angle that the blade sees
 _BACKWARDS = 0.6  # share of the lift with the flow from the trailing edge
 _STALL_RAD = math.radians(35.0)  # in a race the flow stays on the blade longer than in free water (Molland 1992)
 _PLATE_DRAG = 1.2  # of a flat plate across the flow (Hoerner 1965)
@@ -92,25 +88,3 @@ def blade_of(thruster: ThrusterConfig) -> Blade | None:
     if thruster.rudder is None or thruster.propeller_m is None:
         return None
     return Blade(thruster.rudder, 0.25 * math.pi * thruster.propeller_m**2)
-
-
-def with_fins(config: VesselConfig) -> HullConfig:
-    """The hull with what the blades of its rudders add to its damping, which `RudderCurve` leaves to it: a blade that
-    drifts is a fin.
-
-    Its side force is −C u (v + x r) at small angles, C = ½ ρ A ∂C_L/∂δ γ U/u (MMG), with γ = `STRAIGHTENED` and U/u of
-    a steady run at the top speed. The hull has no term for u r in its sway.
-    """
-    damping, top_mps = config.hull.damping, top_speed_mps(config)
-    for thruster in config.thrusters:
-        if (rudder := thruster.rudder) is not None:
-            speed_mps = math.sqrt(RudderCurve(thruster).inflow(config.limits.surge_n, top_mps))
-            fin = 0.5 * WATER_KGPM3 * rudder.area_m2 * rudder.lift_scale * rudder.slope * STRAIGHTENED
-            fin *= speed_mps / top_mps
-            damping = replace(
-                damping,
-                y_uv=damping.y_uv + fin,
-                n_uv=damping.n_uv + fin * rudder.x_m,
-                n_ur=damping.n_ur + fin * rudder.x_m**2,
-            )
-    return replace(config.hull, damping=damping)

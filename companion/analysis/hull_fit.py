@@ -13,17 +13,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from companion.analysis.blade import with_fins
 from companion.analysis.hull_model import CURRENT, INERTIA, HullModel, axis_drag
 from companion.analysis.hull_search import Search, likeliest
 from companion.analysis.intervals import covariance
 from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Array, Manoeuvre
 from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.fins import with_fins
 from companion.config.hull import HullConfig
 from companion.core.progress import Told, Work, tell_nobody
 
@@ -143,7 +143,7 @@ def _result(search: Search, held: Mapping[str, str], spread: Array) -> HullFit:
     return HullFit(
         estimates=estimates,
         drags=_drags(search, spread),
-        hull=with_fins(replace(model.log.config, hull=hull, thrusters=thrusters)),
+        hull=with_fins(hull, thrusters, model.log.config.limits.surge_n),
         thrusters=thrusters,
         simulated=simulated,
         residual_rms=tuple(rms.tolist()),

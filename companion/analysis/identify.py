@@ -52,6 +52,7 @@ def identify(
     """
     warnings: list[str] = []
     told("reading the log", 0.0)
+    log = log.bare
     manoeuvre = read_manoeuvre(log, warnings, from_s, to_s)
     model = HullModel(log, manoeuvre)
     unknown = [name for name in hold if name not in model.model]

@@ -8,12 +8,13 @@ import math
 import types
 import typing
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from companion.config.actuators import BRIDGES
 from companion.config.devices import ActuatorConfig, SensorConfig
+from companion.config.dimensions.fins import without_fins
 from companion.config.sensors import SENSORS
 from companion.config.vessel import VesselConfig
 from companion.params.spec import ParamRefusal
@@ -34,6 +35,13 @@ class Log:
     folder: Path
     config: VesselConfig
     parameters: Mapping[str, float]
+
+    @property
+    def bare(self) -> Log:
+        """The log with the hull as it is without its rudders, whose blades a fit computes apart."""
+        config = self.config
+        hull = without_fins(config.hull, config.thrusters, config.limits.surge_n)
+        return replace(self, config=replace(config, hull=hull))
 
 
 def open_log(folder: Path) -> Log:

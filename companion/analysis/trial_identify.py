@@ -78,6 +78,7 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     Raises LogError for a log that is too short or a boat that cannot be fitted, OSError.
     """
     warnings: list[str] = []
+    sailed, log = log.config.hull, log.bare
     told("reading the log", 0.0)
     ran = manoeuvres(log.folder)
     whole = read_manoeuvre(log, warnings)
@@ -93,7 +94,7 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
     compared = prediction(log, held_out, model.model, values)
     parameters = parameters_of(log, warnings)
-    hull = found.hull if _is_better(compared) else log.config.hull
+    hull = found.hull if _is_better(compared) else sailed
     designs = designed(log.config, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)

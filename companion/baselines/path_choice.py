@@ -14,6 +14,7 @@ from companion.guidance.agility import Agility
 from companion.guidance.path_laying import FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.path_tracking import PathProgress, PathTracker
 from companion.guidance.stern_first import turned, turned_back
+from companion.guidance.turning import UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
@@ -23,9 +24,9 @@ _THESIS = 1
 class ChosenPathTracker:
     """Same interface as `PathTracker`. A law that takes over under way sails the rest of the route from the boat.
 
-    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. `pivots` as there. Remembers the
-    law in use, the route, how many waypoints were passed before that law took over, and the way made. `took_over`: a
-    law took over in the last update, so its line from the boat is new and has not been checked yet.
+    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. `turning` as there. Remembers
+    the law in use, the route, how many waypoints were passed before that law took over, and the way made. `took_over`:
+    a law took over in the last update, so its line from the boat is new and has not been checked yet.
     """
 
     def __init__(
@@ -36,11 +37,11 @@ class ChosenPathTracker:
         agility: Agility | None = None,
         submit: Submit = at_once,
         astern: bool = False,
-        pivots: bool = False,
+        turning: Turning = UNKNOWN,
     ) -> None:
         self._parameters = parameters
         self._astern = astern
-        self._own = PathTracker(parameters, can_sway, top_mps, agility, submit, pivots)
+        self._own = PathTracker(parameters, can_sway, top_mps, agility, submit, turning)
         self._thesis = ThesisWaypoints(parameters)
         self._active = self._wanted()
         self._waypoints: tuple[Waypoint, ...] = ()

@@ -71,6 +71,15 @@ class RudderConfig:
         """Factor of δ|δ| in the lift coefficient."""
         return _CROSS_FLOW / self.aspect
 
+    def inflow(self, thrust_n: float, surge_mps: float, disc_kgpm: float) -> float:
+        """U² at the blade, in m²/s². `disc_kgpm`: ½ ρ A_P. With the propeller astern only what stands beside the race
+        has flow."""
+        ahead, free = (1.0 - self.wake_share) * max(0.0, surge_mps), 1.0 - self.race_share
+        if thrust_n < 0.0:
+            return free * ahead * ahead
+        race = ahead + self.race_gain * (math.sqrt(ahead * ahead + thrust_n / disc_kgpm) - ahead)
+        return self.race_share * race * race + free * ahead * ahead
+
     def lift(self, angle_rad: float) -> float:
         """C_L at an angle to the flow, without stall."""
         return (self.slope + self.cross_flow * abs(angle_rad)) * angle_rad

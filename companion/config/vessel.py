@@ -30,6 +30,7 @@ from companion.config.devices import (
     ThrusterConfig,
 )
 from companion.config.dimensions.completion import Completion, completed
+from companion.config.dimensions.fins import with_fins
 from companion.config.dimensions.receivers import grade_of
 from companion.config.driving import driving_problems
 from companion.config.fields import (
@@ -315,12 +316,15 @@ def find(vessel: str) -> Path:
 
 
 def load(path: Path) -> VesselConfig:
-    """Read and check a vessel's file, with what a trial found and the operator accepted (`overlay`). The simulated boat
-    stays that of the file. Raises ConfigError with every problem and its line."""
+    """Read and check a vessel's file, with what a trial found and the operator accepted (`overlay`), or else with the
+    damping by its rudders (`with_fins`). The simulated boat stays that of the file. Raises ConfigError with every
+    problem and its line."""
     try:
         text, overlay = path.read_text(encoding="utf-8"), in_force(path)
         config = parse(text, str(path))
         found = config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
+        if found.hull.damping == config.hull.damping:  # a trial finds the fins with the hull
+            found = replace(found, hull=with_fins(found.hull, found.thrusters, found.limits.surge_n))
         return replace(found, charts=placed_charts(found.charts, path.parent)) if found.charts else found
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([f"{path}: cannot be read: {error}"]) from error

@@ -36,7 +36,7 @@ class YawLoop:
         self._hull = config.hull
         self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
         self.steers_at(self._configured_radps)
-        self._by_difference = _steers_by_difference(config)
+        self._may_stall = _may_stall(config)
         self._parameters = parameters
 
     def steers_at(self, rate_radps: float) -> None:
@@ -107,7 +107,7 @@ class YawLoop:
         holds its bow, and would do so for ever."""
         if abs(error) < _LARGE_ERROR_RAD:
             return error
-        stalled = self._by_difference and -math.copysign(rate_radps, error * rate_radps) < _STALLED_SHARE * fastest
+        stalled = self._may_stall and -math.copysign(rate_radps, error * rate_radps) < _STALLED_SHARE * fastest
         return math.copysign(_LARGE_ERROR_RAD, error) if stalled else 0.0
 
 
@@ -116,9 +116,10 @@ def _in_bend(rate_radps: float) -> float:
     return min(1.0, abs(rate_radps) / _BEND_RADPS)
 
 
-def _steers_by_difference(config: VesselConfig) -> bool:
-    """Whether only the difference of fixed thrusters turns the boat: it has nothing else against a weather moment."""
-    return config.limits.sway_n <= 0.0 and not any(t.turns for t in config.thrusters)
+def _may_stall(config: VesselConfig) -> bool:
+    """Whether the weather can hold the bow of the boat against the moment that is asked for: where only the difference
+    of fixed thrusters turns it, or a rudder, whose force depends on the flow."""
+    return config.limits.sway_n <= 0.0 and not any(t.turns and t.kind != "rudder" for t in config.thrusters)
 
 
 def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:

@@ -25,11 +25,13 @@ from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTra
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
+from companion.guidance.turning import UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
 _ALMOST_BACK_RAD = math.radians(120.0)  # a sharper turn leads back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns by less over the look-ahead distance
+_LEARNS, _LEARNS_IN_ARC = 2.0, 0.5  # look-ahead distances: a larger error is a way to the track, not an offset to learn
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
@@ -66,9 +68,9 @@ class PathTracker:
 
     `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed
     through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. `submit`: makes plans
-    beside the control thread. `pivots`: the boat turns on the spot. Remembers the track, the arc length reached (which
-    never decreases), the waypoints passed, the integral of the line of sight, the drift, and the last setpoint's speed
-    and heading.
+    beside the control thread. `turning`: how a boat without sideways thrust turns. Remembers the track, the arc length
+    reached (which never decreases), the waypoints passed, the integral of the line of sight, the drift, and the last
+    setpoint's speed and heading.
     """
 
     def __init__(
@@ -78,10 +80,12 @@ class PathTracker:
         top_mps: float = math.inf,
         agility: Agility | None = None,
         submit: Submit = at_once,
-        pivots: bool = False,
+        turning: Turning = UNKNOWN,
     ) -> None:
         self._parameters = parameters
-        self._can_sway, self._pivots = can_sway, pivots and not can_sway
+        self._can_sway, self._turning = can_sway, turning
+        self._pivots = turning.on_the_spot and not can_sway
+        self._learns = _LEARNS if turning.arc is None else _LEARNS_IN_ARC
         self._agility = agility
         self._laid: LaidTrack | None = None
         self._crab = CrabCompensation(top_mps)
@@ -229,7 +233,9 @@ class PathTracker:
         else:
             last_speed = self._speed
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
-            ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
+            ahead = track.at(
+                self._s + (_TURN_PREVIEW_S + self._turning.late_s(nav.surge_mps, nav.sway_mps)) * self._speed
+            )
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track)
@@ -356,6 +362,12 @@ class PathTracker:
         self._yaw = wrap_pi(_towards(last_rad, last_rad + wrap_pi(heading_rad - last_rad), most))
         return self._yaw
 
+    def _setpoint_rate(self, to_turn_rad: float, dt_s: float, course_radps: float) -> float:
+        """The yaw rate of the heading setpoint: that of the course; in an arc PATH_YAW_RATE, while it cannot follow."""
+        most = math.radians(self._parameters["PATH_YAW_RATE"])
+        follows = self._turning.arc is None or abs(to_turn_rad) <= most * dt_s
+        return course_radps if follows else math.copysign(most, to_turn_rad)
+
     def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
         if not self._can_sway:
             return self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
@@ -377,13 +389,13 @@ class PathTracker:
     ) -> PathSetpoint:
         gain = self._parameters["PATH_INTEGRAL"]
         leaning = error + gain * self._integral
-        if abs(error) < 2.0 * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
+        if abs(error) < self._learns * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
             # a boat that waits for its bow learns as slowly as it sails
             pace = min(self._speed, max(0.0, self._surge)) if self._pivots else self._speed
             self._integral += pace * lookahead * error / (lookahead * lookahead + leaning * leaning) * dt_s
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
-        course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
+        course = ahead.course_rad - self._towards_rad(error, gain * self._integral, lookahead)
         last = nav.yaw_rad if self._yaw is None else self._yaw
         best = self._best_heading(nav, course, last)
         heading = self._turned(last, best, dt_s)
@@ -399,10 +411,17 @@ class PathTracker:
             heading,
             self._surge,
             sway,
-            self._turn_rate(nav, here, ahead, leaning, lookahead),
+            self._setpoint_rate(wrap_pi(best - last), dt_s, self._turn_rate(nav, here, ahead, leaning, lookahead)),
             (self._speed - last_speed) / dt_s,
             self._progress(here, error),
         )
+
+    def _towards_rad(self, error: float, learnt: float, lookahead: float) -> float:
+        """How far the course leans towards the track: by line of sight, for the error no more than an arc allows."""
+        radius_m = self._speed / (_PLANNED_TURN * math.radians(self._parameters["PATH_YAW_RATE"]))
+        most = self._turning.steepest_rad(abs(error), radius_m, _TURN_PREVIEW_S * self._speed)
+        most += abs(math.atan2(learnt, lookahead))
+        return min(most, max(-most, math.atan2(error + learnt, lookahead)))
 
     def _turning_mps(self, turn_rad: float) -> float:
         """The speed at which the boat runs wide by no more than _WIDE_M while its bow turns by `turn_rad`."""

@@ -21,6 +21,7 @@ from companion.fence.allowed import Way
 from companion.fence.guard import FenceGuard
 from companion.guidance.path_laying import FromBoat, LaidTrack, TrackShape
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
+from companion.guidance.turning import turning_of
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
@@ -175,7 +176,10 @@ class HoldPoint:
         self._keepers = self._suitable_keepers(config, parameters, fence)
         self._keeper = self._keepers[0]
         self._path_tracker = ChosenPathTracker(
-            parameters, self._can_sway, top_speed_mps(config), pivots=turns_on_the_spot(config.thrusters)
+            parameters,
+            self._can_sway,
+            top_speed_mps(config),
+            turning=turning_of(config, turns_on_the_spot(config.thrusters)),
         )
         self._way_m: float | None = None
         self._transit: _Transit | None = None

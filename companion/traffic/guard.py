@@ -27,6 +27,7 @@ from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Setpoint, braked, desired_motion
 from companion.fence.guard import FenceGuard
+from companion.guidance.turning import turning_of
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
@@ -93,7 +94,10 @@ class TrafficGuard:
         self._hold_point = HoldPoint(config, parameters, fence)
         self._holding = False
         self._path_tracker = ChosenPathTracker(
-            parameters, config.limits.sway_n > 0.0, top_speed_mps(config), pivots=turns_on_the_spot(config.thrusters)
+            parameters,
+            config.limits.sway_n > 0.0,
+            top_speed_mps(config),
+            turning=turning_of(config, turns_on_the_spot(config.thrusters)),
         )
         self._mode: SailingMode | None = None
         self._detour: evasion.Detour | None = None

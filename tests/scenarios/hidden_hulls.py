@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-from companion.analysis.blade import with_fins
 from companion.analysis.gains import NEEDED, designed
 from companion.analysis.held_out import AROUND, split
 from companion.analysis.hull_model import COUPLING, INERTIA, HullModel
@@ -28,6 +27,7 @@ from companion.analysis.trial_identify import TrialIdentification, identify_tria
 from companion.cli.common import seeds
 from companion.cli.rig import LockstepRig
 from companion.cli.trial_results import FileTrials, finding, identified
+from companion.config.dimensions.fins import with_fins
 from companion.config.overlay import overlay_name, set_accepted
 from companion.config.vessel import VesselConfig, load
 from companion.core.trial_results import TrialFinding
@@ -253,7 +253,8 @@ def loaded_with(boat: HiddenHull, overlay: str, folder: Path) -> VesselConfig:
 
 def true_overlay(boat: HiddenHull, parameters: Mapping[str, float]) -> str:
     """What a perfect identification would write: hull, thrusters, windage, and the bandwidths designed for them."""
-    real, hull = boat.real, with_fins(boat.real)
+    real = boat.real
+    hull = with_fins(real.hull, real.thrusters, real.limits.surge_n)
     assert real.sitl is not None
     lag_s = real.sitl.plants[real.sitl.plant].thruster_lag_s
     lines = ["[trial]", "accepted = false", "[hull]"]

@@ -19,7 +19,7 @@ def sailed(name: str, folder: Path, seed: int, **changes: str) -> ScenarioResult
 
 
 def test_it_sails_a_square_in_wind_and_current(tmp_path: Path) -> None:
-    outcome = sailed("mission_square", tmp_path, 7, side="20", limit="2", wind="4", current="0.15")
+    outcome = sailed("mission_square", tmp_path, 7, side="20", limit="0.5", wind="4", current="0.15")
     assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
 
 

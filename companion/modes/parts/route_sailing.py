@@ -19,6 +19,7 @@ from companion.fence.allowed import Place
 from companion.guidance.agility import agility_of
 from companion.guidance.path_laying import FromBoat, FromTrack, Joint, LaidTrack, Onward
 from companion.guidance.path_tracking import PathProgress
+from companion.guidance.turning import turning_of
 from companion.mission.executor import MissionExecutor
 from companion.mission.tasks import RoutePoint, Sail
 from companion.modes.parts.mission_fence import MissionFence
@@ -67,13 +68,13 @@ class RouteSailing:
         can_sway = config.limits.sway_n > 0.0
         submit = fence.submit_urgent
         agility = agility_of(config)
-        pivots = turns_on_the_spot(config.thrusters)
-        self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit, pivots=pivots)
+        turning = turning_of(config, turns_on_the_spot(config.thrusters))
+        self._ahead = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility, submit, turning=turning)
         self._sternward = self._ahead
         self.astern_mps = stern_first_mps(config)
         if stern_first_refusal(config.thrusters) is None:
             agility = None if agility is None else replace(agility, surge_n=astern_n(config))
-            self._sternward = ChosenPathTracker(parameters, can_sway, self.astern_mps, agility, submit, True, pivots)
+            self._sternward = ChosenPathTracker(parameters, can_sway, self.astern_mps, agility, submit, True, turning)
         self.astern = False
         self._search: Search[LaidRoute] = Search(submit)
         self._next: LaidRoute | None = None  # to be taken up

@@ -1,4 +1,4 @@
-"""A rudder over a whole log against the plant's, which was programmed apart from it, and as a fin of the hull."""
+"""A rudder over a whole log against the plant's, which was programmed apart from it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion.analysis.blade import blade_of, with_fins
+from companion.analysis.blade import blade_of
 from companion.config.vessel import VesselConfig
 from sitl.hidden_hull import hidden_hull
 from sitl.rudder import Rudder
@@ -76,16 +76,3 @@ def test_the_fin_is_the_slope_of_the_side_force() -> None:
     fall = blade.force(*at, still, 0.6).sway_n - blade.force(*at, small, 0.6).sway_n
     # the drag's part of the slope is left out
     assert float(blade.force(*at, still, 0.6).fin[0]) == pytest.approx(float(fall[0]) / 1e-4, rel=0.1)
-
-
-def test_a_blade_that_drifts_is_a_fin_of_the_hull() -> None:
-    config = vessel()
-    bare, finned = config.hull.damping, with_fins(config).damping
-    x_m = config.thrusters[0].rudder.x_m  # type: ignore[union-attr]
-    fin = finned.y_uv - bare.y_uv
-    assert fin > 0.0
-    assert finned.n_uv - bare.n_uv == pytest.approx(fin * x_m) and finned.n_ur - bare.n_ur == pytest.approx(
-        fin * x_m**2
-    )
-    without = replace(config, thrusters=tuple(replace(one, rudder=None) for one in config.thrusters))
-    assert with_fins(without) == config.hull and blade_of(without.thrusters[0]) is None

@@ -1,4 +1,4 @@
-"""A boat that is turned by the difference of its thrusters learns a weather moment that holds its bow far off."""
+"""A boat whose bow the weather can hold far off learns that moment."""
 
 import math
 from dataclasses import replace
@@ -29,6 +29,13 @@ def test_a_stalled_turn_is_learnt_and_a_running_one_is_not(name: str) -> None:
     boat = load(find(name))
     assert learnt_nm(boat, 0.0) < -0.1 * boat.limits.yaw_nm
     assert learnt_nm(boat, -math.radians(20.0)) == 0.0
+
+
+def test_a_rudder_may_stall_too() -> None:
+    """A skiff weaved: its bow stood 100° off, and the loop asked for next to no moment against what it had learnt."""
+    propeller = load(find("rescuerunner")).thrusters[0]
+    boat = replace(load(find("otter")), thrusters=(replace(propeller, kind="rudder"),))
+    assert learnt_nm(boat, 0.0) < -0.1 * boat.limits.yaw_nm
 
 
 def test_boats_with_turning_thrusters_learn_no_turn() -> None:

@@ -17,6 +17,7 @@ from companion.guidance import path_laying
 from companion.guidance.agility import agility_of
 from companion.guidance.path_plan import PathPlan
 from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.turning import Turning
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
@@ -337,7 +338,7 @@ def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     """WAM-V 16 turns at 8°/s; it gathered speed in the middle of its turns, and ran 3 m wide of the corners."""
 
     def surge_mps(off_deg: float, pivots: bool) -> float:
-        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, pivots=pivots)
+        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, turning=Turning(on_the_spot=pivots))
         nav = nav_state(20.0, 0.0, math.radians(off_deg), 0.6)
         guide.start(points((0, 0), (50, 0)), nav, from_here=False)
         return settled(guide, nav).surge_mps
@@ -345,6 +346,41 @@ def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     for off_deg in (50.0, 70.0, 90.0):
         assert 0.03 < surge_mps(off_deg, pivots=True) < 0.6 * surge_mps(off_deg, pivots=False)
     assert surge_mps(10.0, pivots=True) == surge_mps(10.0, pivots=False)
+
+
+def skiff(**values: float) -> PathTracker:
+    """Of a boat that a rudder turns."""
+    return PathTracker(Parameters(values), can_sway=False, turning=Turning(arc=load(find("otter")).hull))
+
+
+def test_a_boat_with_a_rudder_comes_back_to_the_track_no_steeper_than_it_can_turn_in() -> None:
+    """A skiff of 2.4 m steered across the track at 60°, and weaved on straight legs."""
+
+    def lean_rad(guide: PathTracker) -> float:
+        nav = nav_state(20.0, -4.0, 0.0, 1.5)
+        guide.start(points((0, 0), (90, 0)), nav, from_here=False)
+        return max(guide.update(nav, 1.5, 0.1).setpoint.yaw_rad for _ in range(100))
+
+    values = {
+        "PATH_YAW_RATE": 10.0,
+        "PATH_LOOKAHEAD": 3.0,
+        "PATH_LOOK_TIME": 0.5,
+        "PATH_INTEGRAL": 0.0,
+        "MPC_XY_VEL_MAX": 1.5,
+    }
+    assert lean_rad(PathTracker(Parameters(values), can_sway=False)) == pytest.approx(math.atan(4.0 / 3.0), abs=0.01)
+    assert math.radians(25.0) < lean_rad(skiff(**values)) < math.radians(42.0)
+
+
+def test_its_heading_setpoint_says_how_fast_it_turns() -> None:
+    values = {"PATH_YAW_RATE": 10.0, "WP_SPEED": 1.5, "MPC_XY_VEL_MAX": 1.5}
+    nav = nav_state(20.0, 0.0, math.radians(90.0), 1.0)
+    guide = skiff(**values)
+    guide.start(points((0, 0), (90, 0)), nav, from_here=False)
+    first = guide.update(nav, 1.5, 0.1).setpoint
+    second = guide.update(nav, 1.5, 0.1).setpoint
+    assert second.yaw_rate_radps == pytest.approx(math.radians(-10.0))
+    assert second.yaw_rad - first.yaw_rad == pytest.approx(math.radians(-1.0))
 
 
 def planner(**values: float) -> PathTracker:

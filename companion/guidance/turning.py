@@ -1,0 +1,47 @@
+"""How a boat without sideways thrust turns: on the spot, or by a rudder along an arc, on which its hull slides
+outwards."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.config.hull import HullConfig
+from companion.config.vessel import VesselConfig
+
+_LATEST_S = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    """`arc`: the hull of a boat that a rudder turns; None for others."""
+
+    on_the_spot: bool = False
+    arc: HullConfig | None = None
+
+    def late_s(self, surge_mps: float, sway_mps: float) -> float:
+        """How much later than its bow the boat turns its course, in an arc: the lag of the first-order sway
+        m22 v̇ = −(Y_v + Y_uv u + Y_vv |v|) v."""
+        if self.arc is None:
+            return 0.0
+        damping = self.arc.damping
+        resisting = damping.y_v + damping.y_uv * abs(surge_mps) + damping.y_vv * abs(sway_mps)
+        return min(_LATEST_S, self.arc.m22_kg / resisting) if resisting > 0.0 else 0.0
+
+    def steepest_rad(self, off_m: float, radius_m: float, late_m: float) -> float:
+        """The steepest course to a line that is `off_m` away, from which a boat in an arc of `radius_m` still turns
+        into it without crossing it, if it sails `late_m` before it turns: R (1 − cos χ) + L sin χ = the distance. A
+        right angle for other boats."""
+        far_m = math.hypot(radius_m, late_m)
+        if self.arc is None or off_m >= radius_m + late_m or far_m <= 0.0:
+            return 0.5 * math.pi
+        return math.atan2(radius_m, late_m) + math.asin((off_m - radius_m) / far_m)
+
+
+UNKNOWN = Turning()
+
+
+def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
+    """How the vessel turns; `on_the_spot`: it needs no way for it."""
+    rudder = any(thruster.kind == "rudder" for thruster in config.thrusters)
+    return Turning(on_the_spot, config.hull if rudder else None)
