@@ -88,4 +88,5 @@ def test_defaults_of_a_boat_that_turns_in_a_circle() -> None:
     radius_m = p["WP_SPEED"] / math.radians(p["PATH_YAW_RATE"])
     assert 1.5 * SKIFF.length_m < radius_m < 2.5 * SKIFF.length_m  # a turning circle in the range of IMO MSC.137(76)
     assert p["NAV_ACC_RAD"] >= radius_m
-    assert p["FENCE_MARGIN"] == p["DP_WATCH_R"]  # its watch circle stays inside the fence
+    # its watch circle stays inside the fence, with its ends
+    assert p["FENCE_MARGIN"] == p["DP_WATCH_R"] + 0.5 * SKIFF.length_m
