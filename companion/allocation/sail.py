@@ -1,8 +1,9 @@
 """Allocation of a sailing rig: drive and yaw moment → sheet and rudder angle.
 
 The sheet gives the drive that is wanted, at most what the wind has (`SailTrim`); the rudder gives the moment. That of
-the sail is left to the yaw loop: keel, rudder and hull as fins balance most of it, and none of both is known well. A
-boat that gathers sternway has its rudder put over the other way.
+the sail is left to the yaw loop: keel and hull as fins balance most of it, and none of both is known well. In a turn
+the stern swings out, and the flow with it: the rudder's angle counts from there. A boat that gathers sternway has its
+rudder put over the other way.
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ from companion.params.store import Parameters
 
 _IDLE_RAD = math.radians(2.0)  # the winch does not follow smaller changes of the boom
 _STERNWAY_MPS = 0.05
+_STRAIGHTENED = 0.7  # share of the drift at the stern that the rudder sees behind the keel
+_LEAST_WAY_MPS = 0.3  # slower, a drift is no angle of the flow
 _WHOLE_SHEET_S = 2.0  # from free to hauled in
 
 
 class SailAllocator(SteeredAllocator):
     """Wrench → Allocation. `feel` gives the wind first. Throttle: the sheet, 0 free to 1 hauled in.
 
-    Remembers the sheet, the apparent wind, and the rudder as every boat that steers with one force.
+    Remembers the sheet, the apparent wind, the drift at the rudder, and the rudder as every boat that steers with one
+    force.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -37,9 +41,13 @@ class SailAllocator(SteeredAllocator):
         self._blade = RudderCurve(self._thruster)
         self._sheet = 0.0
         self._off_rad, self._side, self._wind_mps = math.pi, 1.0, 0.0
+        self._drift_rad = 0.0
 
     def feel(self, air: Air | None, nav: NavState) -> None:
         """The wind over ground (None: as before), and the boat's motion."""
+        across_mps = nav.sway_mps + self._blade.lever_m * nav.yaw_rate_radps
+        has_way = nav.surge_mps > _LEAST_WAY_MPS
+        self._drift_rad = _STRAIGHTENED * math.atan2(across_mps, nav.surge_mps) if has_way else 0.0
         if air is None:
             return
         c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
@@ -66,7 +74,7 @@ class SailAllocator(SteeredAllocator):
         side_n = wrench.yaw_nm / self._blade.lever_m
         astern = surge_mps < -_STERNWAY_MPS
         angle_rad = self._blade.angle_rad(-side_n if astern else side_n, 0.0, abs(surge_mps))
-        self._steer(angle_rad, dt_s)
+        self._steer(angle_rad + self._drift_rad, dt_s)
 
     def _haul(self, sheet: float, dt_s: float) -> None:
         reach = max(0.0, dt_s) / _WHOLE_SHEET_S
@@ -78,7 +86,7 @@ class SailAllocator(SteeredAllocator):
 
     def _result(self, demanded: Wrench | None, surge_mps: float) -> Allocation:
         given = self._force()
-        x_n, y_n = self._blade.force_n(0.0, self._angle_rad, surge_mps)
+        x_n, y_n = self._blade.force_n(0.0, self._angle_rad - self._drift_rad, surge_mps)
         command = ThrusterCommand(self._thruster.ahead_n * self._sheet * self._sheet, self._sheet, self._angle_rad)
         side_n = self._side * given.leeward_n + y_n
         return self._given(demanded, command, Wrench(given.drive_n + x_n, side_n, self._blade.lever_m * y_n))

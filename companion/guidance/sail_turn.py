@@ -18,8 +18,8 @@ from companion.params.store import Parameters
 _GYBE_RAD = math.radians(140.0)
 _LEAD_RAD = math.radians(100.0)  # by which the bow is led in a turn before the wind
 _ARRIVED_RAD = 0.1
-_GATHER_S, _BEAR_AWAY_RAD = 6.0, math.radians(15.0)
-_WAY_SHARE = 0.12  # of the wind: a slower boat does not get through it
+_GATHER_S, _BEAR_AWAY_RAD = 8.0, math.radians(10.0)
+_WAY_SHARE = 0.14  # of the wind: a slower boat does not get through it
 _LUFFS_RAD = math.radians(30.0)  # off the wind, where a turn through it goes on with the sheet free
 
 

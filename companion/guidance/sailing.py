@@ -30,7 +30,7 @@ _OTHER_TACK_RAD = math.radians(15.0)  # by which the other tack must lead nearer
 _RECENT_S = 8.0  # after a tack, in which the boat gathers way
 _CRAB_S = 4.0  # time constant of the angle between bow and course
 _MOST_CRAB_RAD = math.radians(25.0)
-_LEAST_WAY_MPS, _TURNS_RADPS = 0.3, 0.3  # slower, or turning faster, the boat has no course to learn from
+_LEAST_WAY_MPS, _TURNS_RADPS = 0.5, 0.3  # slower, or turning faster, the boat has no course to learn from
 _HELM_S, _MOST_HELM_RAD = 6.0, math.radians(25.0)  # time constant and most of the learned weather helm
 _TURN_RAD = math.radians(35.0)  # a larger error of the heading is a turn
 _LOOK_AHEAD = 6.0  # boat's lengths, to come back to a line
@@ -104,7 +104,7 @@ class Sailor:
         learned here, and the yaw loop of a boat with a sail learns nothing."""
         side = math.copysign(1.0, wrap_pi(self._wind.from_rad - nav.yaw_rad))
         off_rad = wrap_pi(yaw_rad - nav.yaw_rad)
-        if abs(off_rad) < _TURN_RAD and not self._turn.turns:
+        if abs(off_rad) < _TURN_RAD and nav.surge_mps > _LEAST_WAY_MPS and not self._turn.turns:
             helm_rad = self._helm_rad + dt_s / _HELM_S * side * off_rad
             self._helm_rad = min(_MOST_HELM_RAD, max(-_MOST_HELM_RAD, helm_rad))
         return wrap_pi(yaw_rad + side * self._helm_rad)

@@ -15,7 +15,7 @@ ROWS = (
         "Sailing",
         "Beating, the boat tacks where it is so far off the line between two waypoints",
     ),
-    real("SAIL_HEEL_MAX", 30.0, 5.0, 60.0, "deg", "Sailing", "Heel beyond which the sheet is eased"),
+    real("SAIL_HEEL_MAX", 35.0, 5.0, 60.0, "deg", "Sailing", "Heel beyond which the sheet is eased"),
     real("SAIL_WIND_MIN", 0.8, 0.0, 10.0, "m/s", "Sailing", "Wind below which the boat says that it cannot sail"),
     real(
         "SAIL_WIND_T",

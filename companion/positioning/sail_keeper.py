@@ -8,7 +8,6 @@ from companion.core.actuation import ZERO_WRENCH
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
-from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 
 _ACROSS_SHARE = 0.45  # of the watch circle: how far to either side of the point the boat sails
@@ -41,8 +40,8 @@ class SailKeeper:
         return (*self._point, self._heading_rad)
 
     def start(self, nav: NavState) -> None:
-        """Hold the point where the boat could come to rest."""
-        self._point = stopping_point(nav, self._parameters)
+        """Hold here."""
+        self._point = (nav.north_m, nav.east_m)
         self._heading_rad = nav.yaw_rad
         self._arrived = True
         if (from_rad := nav.wind_from_rad) is not None:

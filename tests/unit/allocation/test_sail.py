@@ -96,6 +96,16 @@ def test_with_sternway_the_rudder_is_put_over_the_other_way() -> None:
     assert angle(0.5) < 0.0 < angle(-0.5)
 
 
+def test_in_a_turn_the_rudder_s_angle_counts_from_the_flow_at_the_stern() -> None:
+    """Turning to starboard the stern swings to port: for no moment the blade lies in that flow."""
+    found = allocator()
+    found.feel(FROM_STARBOARD, replace(UNDER_WAY, yaw_rate_radps=0.5))
+    for _ in range(10):
+        allocation = found.update(Wrench(0.0, 0.0, 0.0), 0.1, 1.0)
+    assert allocation.thrusters[0].azimuth_rad == pytest.approx(0.7 * math.atan2(-0.653 * 0.5, 1.0), abs=0.02)
+    assert allocation.achieved.yaw_nm == pytest.approx(0.0, abs=0.05)
+
+
 def test_sticks_haul_the_sheet_at_the_rate_of_the_winch() -> None:
     found = allocator()
     command = ThrusterCommand(8.0, 1.0, 0.2)
