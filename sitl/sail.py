@@ -1,10 +1,10 @@
 """A sailing rig: the sail on its sheet, the rudder, the keel, and the heel that they make.
 
-The sail as in Melin (2015) and Xiao and Jouffroy (2014): lift across the apparent wind and drag along it, by the angle
-between wind and boom. The wind carries the boom to leeward as far as the sheet lets it. Force and lever of a heeled rig
-as there: the side force with cos φ, and the sail's centre to leeward by its height times sin φ, which turns the bow to
-windward. Coefficients: `sitl.foil`. A soft sail fills 5° off the wind and stalls at 18°, with C_L 1.4 at an aspect
-ratio of 2.5; luffing it has drag alone.
+As in models of sailing yachts in four degrees of freedom (Xiao and Jouffroy 2014): lift across the apparent wind and
+drag along it, by the angle between wind and boom. The wind carries the boom to leeward as far as the sheet lets it. A
+heeled rig has the side force times cos φ, and its centre to leeward by its height times sin φ, which turns the bow to
+windward. Coefficients: `sitl.foil`. Assumed of a soft sail: it fills 5° off the wind and stalls at 18°, with C_L 1.4 at
+an aspect ratio of 2.5; luffing it has drag alone.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Sail trim: from the apparent wind and the drive that is wanted to the angle of the boom.
 
-Lift across the wind and drag along it by the angle between wind and boom, for a soft sail of a usual camber: about as
-wind tunnels show them (Marchaj 1979). A vessel's file scales them for its own sail.
+Lift across the wind and drag along it by the angle between wind and boom, for a soft sail of a usual camber: rounded
+figures of the order of what wind tunnels show (Marchaj 1979). A vessel's file scales them for its own sail.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class Sailor:
         if not isinstance(setpoint, PathSetpoint):
             self._beats = self._asked = False
             self._turn.reset()
-            return self._held(setpoint) if isinstance(setpoint, HeadingSetpoint) else setpoint
+            return self._held(setpoint, nav, dt_s) if isinstance(setpoint, HeadingSetpoint) else setpoint
         if not self._wind.known:
             return NeutralSetpoint(setpoint.progress)
         self._learn_crab(nav, dt_s)
@@ -113,15 +113,15 @@ class Sailor:
     def _no_go_rad(self) -> float:
         return math.radians(self._parameters["SAIL_NO_GO_ANGLE"])
 
-    def _held(self, setpoint: HeadingSetpoint) -> HeadingSetpoint:
+    def _held(self, setpoint: HeadingSetpoint, nav: NavState, dt_s: float) -> HeadingSetpoint:
         """A heading of the sticks, no closer to the wind than the boat sails."""
         if not self._wind.known or setpoint.wrench.surge_n <= 0.0:
             return setpoint
-        off_rad = wrap_pi(setpoint.yaw_rad - self._wind.from_rad)
-        if abs(off_rad) >= self._no_go_rad:
-            return setpoint
-        yaw_rad = wrap_pi(self._wind.from_rad + math.copysign(self._no_go_rad, off_rad))
-        return HeadingSetpoint(yaw_rad, setpoint.wrench, 0.0, setpoint.progress)
+        yaw_rad, rate_radps = setpoint.yaw_rad, setpoint.yaw_rate_radps
+        off_rad = wrap_pi(yaw_rad - self._wind.from_rad)
+        if abs(off_rad) < self._no_go_rad:
+            yaw_rad, rate_radps = wrap_pi(self._wind.from_rad + math.copysign(self._no_go_rad, off_rad)), 0.0
+        return HeadingSetpoint(self._with_helm(yaw_rad, nav, dt_s), setpoint.wrench, rate_radps, setpoint.progress)
 
     def _learn_crab(self, nav: NavState, dt_s: float) -> None:
         """The angle from the bow to the course over ground, by leeway and current."""

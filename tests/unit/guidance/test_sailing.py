@@ -201,6 +201,11 @@ def test_a_heading_of_the_sticks_stays_out_of_the_no_go_zone_under_drive() -> No
     assert held(70.0, 5.0) == pytest.approx(70.0, abs=2.0)
 
 
+def test_weather_helm_is_made_up_for_under_the_sticks_too() -> None:
+    crew, setpoint = Crew(), HeadingSetpoint(math.radians(90.0), Wrench(5.0, 0.0, 0.0))
+    assert crew.heading_deg(setpoint, sailing(85.0), 60) == pytest.approx(95.0, abs=1.0)
+
+
 def test_forces_of_the_sticks_stay_as_they_are() -> None:
     setpoint = WrenchSetpoint(Wrench(3.0, 0.0, 1.0))
     assert Crew().steer(setpoint, sailing(0.0)) is setpoint
