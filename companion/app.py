@@ -16,6 +16,7 @@ from companion.allocation.astern import stern_first_refusal
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
 from companion.allocation.rudder import RudderAllocator
+from companion.allocation.sail import SailAllocator
 from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.beside import Beside
@@ -222,7 +223,11 @@ class Surroundings:
     network: StreamOpener | None = None  # opens the ports of corrections and NMEA out; None: both are off
 
 
-_ALLOCATORS: Mapping[str, type[AnyAllocator]] = {"jet": JetAllocator, "rudder": RudderAllocator}
+_ALLOCATORS: Mapping[str, type[AnyAllocator]] = {
+    "jet": JetAllocator,
+    "rudder": RudderAllocator,
+    "sail": SailAllocator,
+}
 
 
 def build(config: VesselConfig, around: Surroundings) -> Vessel:

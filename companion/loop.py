@@ -17,6 +17,7 @@ from companion.allocation.availability import Availability
 from companion.allocation.feedback import ThrusterReports
 from companion.allocation.jet import JetAllocator
 from companion.allocation.rudder import RudderAllocator
+from companion.allocation.sail import SailAllocator
 from companion.config.vessel import VesselConfig
 from companion.control.controller import Controller
 from companion.core.actuation import (
@@ -82,7 +83,7 @@ NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: 
 """Kinds of which the loop keeps the newest reading, with the field of `Inputs` that holds it."""
 
 
-AnyAllocator = Allocator | JetAllocator | RudderAllocator
+AnyAllocator = Allocator | JetAllocator | RudderAllocator | SailAllocator
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +300,8 @@ class Vessel:
         """The thruster demands for a setpoint and its wrench, or of a motor test. Keeps the achieved wrench for the
         integrators."""
         allocator = self._blocks.allocator
+        if isinstance(allocator, SailAllocator):
+            allocator.feel(self.supervisor.sailing_wind, nav)
         if (test := self.supervisor.motor_test.update(nav.t_s, self.period_s)) is not None:
             allocation = replace(allocator.direct(test), achieved=ZERO_WRENCH)
         elif not status.armed or isinstance(setpoint, NeutralSetpoint):

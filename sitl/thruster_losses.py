@@ -61,7 +61,7 @@ class ThrusterLosses:
       φ³/(130/t³ + φ³) (Dang and Laheij 2004).
     * Battery: revolutions go with the voltage, thrust with its square.
 
-    Jets and rudders have laws of their own for the inflow; of them only hull and battery take something.
+    Jets, rudders and sails have laws of their own for the inflow; of them only hull and battery take something.
     """
 
     def __init__(
@@ -70,7 +70,9 @@ class ThrusterLosses:
         """`places`: ahead and to starboard, where they really are."""
         self._config, self._places = config, tuple(places)
         self._propellers = [
-            None if thruster.kind in ("jet", "rudder") else _propeller(config.propeller_m or thruster.propeller_m)
+            None
+            if thruster.kind in ("jet", "rudder", "sail")
+            else _propeller(config.propeller_m or thruster.propeller_m)
             for thruster in thrusters
         ]
         self._races = [self._races_at(i) for i in range(len(thrusters))]

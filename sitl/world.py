@@ -32,6 +32,7 @@ from sitl.otter_equations import OtterHull
 from sitl.plant_error import with_wrong_windage
 from sitl.rough_water import is_rough, plant_name, rough_plant, wind_sea
 from sitl.rudder import Rudder
+from sitl.sail import SailRig, rig_of
 from sitl.sea import Sea
 from sitl.sea_state import components, parse_sea
 from sitl.seaway import Seaway
@@ -129,7 +130,7 @@ class World:
         self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else hull_of(vessel, self._plant)
         self.shared_sea = shared_sea
         losses, rows = self._plant.losses, vessel.thrusters
-        self._felt = losses is not None or any(row.kind in ("jet", "rudder") for row in rows)
+        self._felt = losses is not None or any(row.kind in ("jet", "rudder", "sail") for row in rows)
         x_m = self._plant.thruster_x_m or tuple(row.x_m for row in rows)
         self._thruster_places = [(x, row.y_m) for x, row in zip(x_m, rows, strict=True)]
         self._losses = None if losses is None else ThrusterLosses(losses, rows, self._thruster_places)
@@ -137,6 +138,7 @@ class World:
         dock = vessel.dock if given.dock is None else given.dock
         self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
+        self._rig = self.thrusters[0] if isinstance(self.thrusters[0], SailRig) else None
         for thruster in self.thrusters:
             thruster.lag_on_revolutions = self._plant.lag_on == "revolutions"
             if losses is not None:
@@ -364,15 +366,18 @@ class World:
         self.waves.roll_rad -= self._over_rad + self._heel_rad + self._rolled_rad  # waves go on from their own
         self.waves.pitch_rad -= self._pitched_rad
         self.waves.update(t_s)
-        if self._plant.wind_centre_m is not None:
+        if self._rig is not None or self._plant.wind_centre_m is not None:
             self._heel()
         if "capsized" in self.faults.active:
             self._roll_over()
 
     def _heel(self) -> None:
-        """Follow the angle at which the righting moment balances the wind's."""
+        """Follow the angle at which the righting moment balances the wind's, or that of the rig."""
         before = self._heel_rad
-        self._heel_rad += self._step_s / _HEEL_S * (self._heel_to_rad - before)
+        if self._rig is not None:
+            self._heel_rad = self._rig.heel_rad
+        else:
+            self._heel_rad += self._step_s / _HEEL_S * (self._heel_to_rad - before)
         self.waves.roll_rad += self._heel_rad
         self.waves.roll_rate_radps += (self._heel_rad - before) / self._step_s
 
@@ -404,6 +409,8 @@ class World:
             ahead_m, above_m = self._plant.wind_centre_m
             yaw_nm += ahead_m * sway_n
             self._heel_to_rad = above_m * sway_n / self._stiffness_nm
+        if self._rig is not None:
+            self._rig.feel(c * air_north + s * air_east, c * air_east - s * air_north)
         surge_n, sway_n, yaw_nm = self._with_thrust(surge_n, sway_n, yaw_nm)
         if self._conditions.push_ned_n != (0.0, 0.0):
             x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)
@@ -493,6 +500,8 @@ def _simulation(vessel: VesselConfig) -> SitlConfig:
 def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[ThrusterModel, ...]:
     """The thrusters as the plant has them. A jet is a vessel's only thruster, and so is a propeller with a rudder."""
     first, jet = configs[0], plant.jet or configs[0].jet
+    if (rig := rig_of(first, plant.thruster_lag_s, plant.keel)) is not None:
+        return (rig,)
     if first.kind == "rudder" and first.rudder is not None:
         x_m = None if plant.thruster_x_m is None else plant.thruster_x_m[0]
         return (Rudder(first, plant.thruster_lag_s, first.rudder, x_m, plant.nozzle),)

@@ -21,12 +21,13 @@ class RudderCurve:
     __slots__ = ("_coefficient", "_disc", "_free", "_gain", "_race", "_rudder", "_stop_rad", "_wake", "lever_m")
 
     def __init__(self, thruster: ThrusterConfig) -> None:
-        """Raises ValueError for a thruster without a rudder or without the diameter of its propeller."""
-        rudder = thruster.rudder
-        if rudder is None or thruster.propeller_m is None:
+        """Raises ValueError for a thruster without a rudder, or in the race of a propeller without its diameter."""
+        rudder, propeller_m = thruster.rudder, thruster.propeller_m
+        if rudder is None or (propeller_m is None and rudder.race_share > 0.0):
             raise ValueError(f"thruster {thruster.name} has no rudder")
         self._rudder = rudder
-        self._disc = 0.5 * WATER_KGPM3 * 0.25 * math.pi * thruster.propeller_m**2  # ½ ρ A_P
+        # ½ ρ A_P; a blade without a propeller is in no race
+        self._disc = math.inf if propeller_m is None else 0.5 * WATER_KGPM3 * 0.25 * math.pi * propeller_m**2
         self._coefficient = 0.5 * WATER_KGPM3 * rudder.area_m2 * rudder.lift_scale
         self._race, self._free = rudder.race_share, 1.0 - rudder.race_share
         self._gain, self._wake = rudder.race_gain, 1.0 - rudder.wake_share

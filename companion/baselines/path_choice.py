@@ -13,6 +13,7 @@ from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.path_laying import FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.sail_track import SailTrack
 from companion.guidance.stern_first import turned, turned_back
 from companion.guidance.turning import UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
@@ -24,9 +25,10 @@ _THESIS = 1
 class ChosenPathTracker:
     """Same interface as `PathTracker`. A law that takes over under way sails the rest of the route from the boat.
 
-    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. `turning` as there. Remembers
-    the law in use, the route, how many waypoints were passed before that law took over, and the way made. `took_over`:
-    a law took over in the last update, so its line from the boat is new and has not been checked yet.
+    `astern`: the boat sails stern first, and `top_mps` and `agility` are those astern. `turning` as there. `sails`: the
+    boat has a sail, and a law of its own. Remembers the law in use, the route, how many waypoints were passed before
+    that law took over, and the way made. `took_over`: a law took over in the last update, so its line from the boat is
+    new and has not been checked yet.
     """
 
     def __init__(
@@ -38,11 +40,13 @@ class ChosenPathTracker:
         submit: Submit = at_once,
         astern: bool = False,
         turning: Turning = UNKNOWN,
+        sails: bool = False,
     ) -> None:
         self._parameters = parameters
         self._astern = astern
         self._own = PathTracker(parameters, can_sway, top_mps, agility, submit, turning)
         self._thesis = ThesisWaypoints(parameters)
+        self._sail = SailTrack(parameters) if sails else None
         self._active = self._wanted()
         self._waypoints: tuple[Waypoint, ...] = ()
         self._stop_at_end = True
@@ -129,5 +133,7 @@ class ChosenPathTracker:
         self._before = self._passed = 0
         self._way_before_m = 0.0
 
-    def _wanted(self) -> PathTracker | ThesisWaypoints:
+    def _wanted(self) -> PathTracker | ThesisWaypoints | SailTrack:
+        if self._sail is not None:
+            return self._sail
         return self._thesis if self._parameters["WP_LAW"] == _THESIS else self._own

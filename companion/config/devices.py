@@ -23,6 +23,7 @@ from companion.config.fields import (
     means,
 )
 from companion.config.rudder import RudderConfig
+from companion.config.sail import SailConfig
 
 _ABEAM_RAD = 0.5 * math.pi
 OTHER_KEYS = "keys of other drivers"  # what no file can have as a key
@@ -85,16 +86,17 @@ class ThrusterConfig:
     "jet" is steered by its nozzle, whose direction is its azimuth. Its thrust follows `jet`, with `ahead_n` the pull at
     full throttle of the boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as
     `jet.idle_mps` says. Kind "rudder" is a fixed propeller with a rudder behind it. Its azimuth is the blade's angle,
-    with the sign of the push: positive pushes the stern to starboard.
+    with the sign of the push: positive pushes the stern to starboard. Kind "sail" is a rig with a rudder: its throttle
+    is the sheet, 0 free to 1 hauled in, and its azimuth the blade's angle.
     """
 
     __pydantic_config__ = STRICT
     name: Annotated[Name, means("Name of the thruster. Bridges, logs and messages use it.")]
     kind: Annotated[
-        Literal["azimuth", "fixed", "jet", "rudder"],
+        Literal["azimuth", "fixed", "jet", "rudder", "sail"],
         means(
             "`azimuth` turns, `fixed` does not, `jet` is a water jet with a steered nozzle, `rudder` a fixed propeller "
-            "with a rudder behind it."
+            "with a rudder behind it, `sail` a sail with a sheet, and a rudder."
         ),
     ]
     x_m: Annotated[float, means("Position ahead of the middle of the boat.")]
@@ -159,8 +161,9 @@ class ThrusterConfig:
     jet: Annotated[JetConfig | None, means("Curve of a water jet. Only for kind `jet`.")] = None
     rudder: Annotated[
         RudderConfig | None,
-        derived("The blade of a rudder. Only for kind `rudder`."),
+        derived("The blade of a rudder. Only for kinds `rudder` and `sail`."),
     ] = None
+    sail: Annotated[SailConfig | None, means("The sail. Only for kind `sail`.")] = None
     output: Annotated[
         OutputConfig | None,
         means("Calibration of the drive. Without it the drive takes throttle and azimuth as they are."),

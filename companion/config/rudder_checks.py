@@ -20,8 +20,8 @@ def rudder_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[
     problems: list[Problem] = []
     for i, thruster in enumerate(thrusters):
         if thruster.kind != "rudder":
-            if thruster.rudder is not None:
-                text = f"only for a thruster of kind 'rudder', not '{thruster.kind}'"
+            if thruster.rudder is not None and thruster.kind != "sail":
+                text = f"only for a thruster of kind 'rudder' or 'sail', not '{thruster.kind}'"
                 problems.append((("thruster", i, "rudder"), text))
             continue
         problems += [(("thruster", i, *key), text) for key, text in _of_rudder(thruster)]

@@ -54,6 +54,8 @@ from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
 from companion.config.rough_water import USUAL, RoughWaterConfig, WaterKind
 from companion.config.rudder_checks import rudder_problems
+from companion.config.sail import KeelConfig
+from companion.config.sail_checks import sail_problems
 from companion.config.scripts import ScriptConfig, script_problems
 from companion.config.sea import checked_waves
 from companion.config.sensor_checks import sensor_problems
@@ -164,6 +166,7 @@ class PlantConfig:
             "lead boats. Otherwise wind only rolls and pitches the boat."
         ),
     ] = False
+    keel: Annotated[KeelConfig | None, means("The keel of a sailing boat. Left out: none.")] = None
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
     sensor_errors: Annotated[
         SensorErrorConfig | None, means("What sensors get wrong beyond noise and biases. Left out: nothing.")
@@ -427,6 +430,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
         *bridge_problems(Equipment(config.thrusters, config.actuators, config.servos)),
         *jet_problems(config.thrusters, config.limits.sway_n),
         *rudder_problems(config.thrusters, config.limits.sway_n),
+        *sail_problems(config),
         *resistance_problems(config.hull, ("hull",)),
         *_inertia_problems(config.hull),
         *([] if config.sitl is None else _sitl_problems(config.sitl, len(config.thrusters))),
@@ -503,7 +507,8 @@ def with_camera(config: VesselConfig) -> VesselConfig:
 
 
 def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
-    """The same vessel with a controller whose inertia and damping are wrong by `fraction`. The plants stay true."""
+    """The same vessel with a controller whose inertia and damping, and force of the sail, are wrong by `fraction`. The
+    plants stay true."""
     hull, damping = config.hull, config.hull.damping
     factor = 1.0 + fraction
     wrong = replace(damping, **{name: getattr(damping, name) * factor for name in damping.__slots__})
@@ -519,7 +524,13 @@ def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
             damping=wrong,
             resistance=tuple((speed_mps, force_n * factor) for speed_mps, force_n in hull.resistance),
         ),
+        thrusters=tuple(_with_sail_error(thruster, factor) for thruster in config.thrusters),
     )
+
+
+def _with_sail_error(thruster: ThrusterConfig, factor: float) -> ThrusterConfig:
+    sail = thruster.sail
+    return thruster if sail is None else replace(thruster, sail=replace(sail, force_scale=sail.force_scale * factor))
 
 
 def with_rotating_thruster(config: VesselConfig, name: str) -> VesselConfig:

@@ -37,6 +37,7 @@ class YawLoop:
         self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
         self.steers_at(self._configured_radps)
         self._may_stall = _may_stall(config)
+        self._sails = config.thrusters[0].kind == "sail"
         self._parameters = parameters
 
     def steers_at(self, rate_radps: float) -> None:
@@ -95,7 +96,10 @@ class YawLoop:
         return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
 
     def _integral_share(self, rate_radps: float) -> float:
-        """Integral action as a share of the bandwidth, in a turn at that rate."""
+        """Integral action as a share of the bandwidth, in a turn at that rate. None under sail, where what turns the
+        boat changes its side with the tack: who steers learns that (`companion.guidance.sailing`)."""
+        if self._sails:
+            return 0.0
         return _SLOW_INTEGRAL_SHARE * (1.0 - _in_bend(rate_radps)) if self._slowed else _INTEGRAL_SHARE
 
     def _forgotten_1ps(self, rate_radps: float) -> float:
@@ -126,7 +130,7 @@ def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float)
     """The bandwidth that a jet's nozzle or a rudder can follow in large turns; infinite for other boats."""
     first = config.thrusters[0]
     stops = [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
-    slow = first.kind in ("jet", "rudder") and stops
+    slow = first.kind in ("jet", "rudder", "sail") and stops
     return rate_radps / (swing_share * max(stops)) if slow else math.inf
 
 

@@ -32,7 +32,8 @@ def stick_to_thrusters(
     Surge is the throttle of thrusters that push ahead, sway that of side thrusters, and yaw turns azimuths by up to
     `manual_azimuth_rad`. On a boat without such azimuths, yaw is differential throttle, or else throttle of the side
     thrusters. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
-    nozzle keeps its sense, and its throttle ends at 0. A rudder keeps its sense, too, as at a wheel."""
+    nozzle keeps its sense, and its throttle ends at 0. A rudder keeps its sense, too, as at a wheel. The throttle of a
+    sail is its sheet."""
     dead = parameters["MAN_DEADBAND"]
     surge, sway, yaw = beyond_deadband(surge, dead), beyond_deadband(sway, dead), beyond_deadband(yaw, dead)
     steered = any(t.turns and t.manual_azimuth_rad > 0.0 for t in config.thrusters)
@@ -63,7 +64,7 @@ def _is_sideways(t: ThrusterConfig) -> bool:
 
 
 def _command(t: ThrusterConfig, throttle: float, azimuth_rad: float) -> ThrusterCommand:
-    throttle = min(1.0, max(0.0 if t.kind == "jet" else -1.0, throttle))
+    throttle = min(1.0, max(0.0 if t.kind in ("jet", "sail") else -1.0, throttle))
     gain = t.ahead_n if throttle >= 0.0 else t.astern_n
     force = min(t.max_n, max(t.min_n, gain * throttle * abs(throttle)))
     return ThrusterCommand(force, throttle, azimuth_rad if t.turns else None)

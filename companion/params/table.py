@@ -21,6 +21,7 @@ from companion.params import (
     general,
     path,
     positioning,
+    sailing,
     thrusters,
     transmitter,
 )
@@ -33,6 +34,7 @@ TABLE: tuple[ParamSpec, ...] = (
     *path.ROWS,
     *following.ROWS,
     *thrusters.ROWS,
+    *sailing.ROWS,
     *devices.ROWS,
     *calibration.ROWS,
     *compatibility.ROWS,

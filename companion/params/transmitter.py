@@ -70,6 +70,7 @@ class AuxFunction(IntEnum):
     LOITER = 56, "Hold (Loiter)"
     FOLLOW = 57, "Follow"
     CLEAR_MISSION = 58, "Clear mission"
+    SAILBOAT_TACK = 63, "Tack"
     RELAY_5 = 66, "Relay 4 (ArduPilot's Relay 5)"
     RELAY_6 = 67, "Relay 5 (ArduPilot's Relay 6)"
     CIRCLE = 72, "Circle"

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from companion.allocation.propulsion import can_reverse, turns_on_the_spot
+from companion.allocation.propulsion import can_reverse, has_sail, turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.reference_choice import ChosenReference
 from companion.config.top_speed import top_speed_mps
@@ -26,6 +26,7 @@ from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
+from companion.positioning.sail_keeper import SailKeeper
 
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
@@ -180,6 +181,7 @@ class HoldPoint:
             self._can_sway,
             top_speed_mps(config),
             turning=turning_of(config, turns_on_the_spot(config.thrusters)),
+            sails=has_sail(config.thrusters),
         )
         self._way_m: float | None = None
         self._transit: _Transit | None = None
@@ -194,6 +196,9 @@ class HoldPoint:
         if config.limits.sway_n > 0.0:
             keeper = PoseKeeper(parameters, fence)
             return keeper, keeper
+        if has_sail(config.thrusters):
+            sailing = SailKeeper(parameters)
+            return sailing, sailing
         drifting = DriftKeeper(config, parameters)
         return (BowKeeper(config, parameters) if can_reverse(config.thrusters) else drifting), drifting
 

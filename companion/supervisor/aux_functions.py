@@ -43,12 +43,25 @@ class AuxFunctions:
             self._learning.switched(on, parts.nav, now_s)
         elif function in RELAYS:
             parts.auxiliary.request(SetRelay(RELAYS[function], on), now_s)
-        elif on and function is AuxFunction.CAMERA:
+        elif on:
+            self._act_once(function, now_s)
+
+    def _act_once(self, function: AuxFunction, now_s: float) -> None:
+        """What a switch does when it is moved on."""
+        parts = self._parts
+        if function is AuxFunction.CAMERA:
             outcome = parts.payload.request(TakePicture(), now_s)
             if not outcome.accepted:
                 parts.events.say(now_s, TextKind.REFUSAL, "payload_refused", outcome.reason)
-        elif on and function in _MISSION_FUNCTIONS:
+        elif function is AuxFunction.SAILBOAT_TACK:
+            self._tack(now_s)
+        elif function in _MISSION_FUNCTIONS:
             self._mission(function, now_s)
+
+    def _tack(self, now_s: float) -> None:
+        sailor = self._parts.sailor
+        if sailor is None or not sailor.ask_tack():
+            self._parts.events.say(now_s, TextKind.REFUSAL, "tack_refused", "No tack: the boat does not beat")
 
     def _mission(self, function: AuxFunction, now_s: float) -> Outcome:
         parts = self._parts

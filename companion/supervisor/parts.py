@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from companion.allocation.propulsion import keeps_straight, lost_motions
+from companion.allocation.propulsion import has_sail, keeps_straight, lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, Outcome
@@ -17,6 +17,7 @@ from companion.fence.guard import FenceGuard
 from companion.following.relative_tracker import RelativeTracker
 from companion.following.tracker import FORGET_S, LeaderTracker
 from companion.guidance.own_track import OwnTrack
+from companion.guidance.sailing import Sailor
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.modes.hold import HoldMode
@@ -94,6 +95,7 @@ class SupervisorParts:
         self.obstacles = aside = ObstacleGuard(config, parameters, around, self.fence, events, self.chart)
         clear = around.movers, aside.water.line_refusal
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
+        self.sailor = _sailor(config, parameters, events, self.fence)
         self.track = OwnTrack(frame_of)
         self.charted = charted = ChartedFence(config, parameters, plans, frame_of, self.fence, self.chart)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, charted, self.track)
@@ -119,8 +121,7 @@ class SupervisorParts:
         self.nudges = Nudges(config, parameters, helm, hold, events)
         self.retraction = Retraction(config, parameters, helm, events)
         self.senses = Senses(events)
-        self.unmeasured = Unmeasured(events)
-        self.standstill = Standstill(events)
+        self.unmeasured, self.standstill = Unmeasured(events), Standstill(events)
         self.hull = HullWatch(config, parameters)
         self.range = RangeWatch(config, parameters, lambda: self.cruise.speed_mps)
         self.calibration = CalibrationDuty(config, parameters, helm, events, lambda: self.nav)
@@ -261,3 +262,8 @@ class SupervisorParts:
         """What modes steer by. Of the leader the duty knows more than the mode."""
         sources = {mode.id: Source(mode.loss(now_s)) for mode in self._with_source}
         return sources | {ModeId.FOLLOW: self.following.sight(self.nav, now_s)}
+
+
+def _sailor(config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> Sailor | None:
+    """Who steers a boat with a sail; None for another boat."""
+    return Sailor(config, parameters, events.say, fence.may_move_to) if has_sail(config.thrusters) else None

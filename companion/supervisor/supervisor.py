@@ -9,7 +9,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import Auxiliary, Wrench
 from companion.core.arming import ArmingReport
 from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Status, TextKind
-from companion.core.estimate import NavState, usable
+from companion.core.estimate import Air, NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget, GnssFix, LeaderState, ManualInput, RcInput, RelativeFix
@@ -263,6 +263,11 @@ class Supervisor(Requests):
         parts, helm = self.parts, self._helm
         return helm.stopped and not (parts.following.awaits and estimate_refusal(helm.mode, parts.nav) is None)
 
+    @property
+    def sailing_wind(self) -> Air | None:
+        """The wind over ground by which a boat with a sail trims it; None where none is known."""
+        return None if self.parts.sailor is None else self.parts.sailor.air
+
     def outputs(self, now_s: float, dt_s: float) -> Auxiliary:
         """Servos and relays now, after the pictures that are due."""
         parts, helm = self.parts, self._helm
@@ -279,6 +284,8 @@ class Supervisor(Requests):
             steered = parts.obstacles.steer(steered, helm.mode, inputs, parts.traffic_guard)
             if parts.obstacles.impossible is not None:
                 self._give_up(parts.obstacles.impossible, now_s)
+            if parts.sailor is not None:
+                steered = parts.sailor.steer(steered, parts.nav, now_s, inputs.dt_s)
             return parts.fence.limited(steered, helm.mode, parts.nav, parts.cruise.speed_mps, now_s)
         except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
             text = f"Fence and obstacles not minded ({type(error).__name__}: {error})"

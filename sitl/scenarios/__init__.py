@@ -31,6 +31,7 @@ from sitl.scenarios import (
     pictures,
     reroute,
     route,
+    sail_triangle,
     shore_compass,
     station_change,
     station_keeping,
@@ -67,6 +68,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         pictures.SCENARIO,
         circle.SCENARIO,
         offboard.SCENARIO,
+        sail_triangle.SCENARIO,
     ),
     "Behind a lead boat": (
         follow.SCENARIO,

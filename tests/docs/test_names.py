@@ -21,7 +21,8 @@ from tests.docs.pages import Block, blocks, label, prose, written
 # Parameters of ArduPilot and PX4 boards that a bridge or a ground station needs, and other people's names.
 _OTHERS = frozenset(
     {"FS_THR_ENABLE", "MAV_GCS_SYSID", "RC_FS_TIMEOUT", "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK"}
-    | {"DO_SEND_BANNER", "SIM_RATE_HZ", "SMART_RTL"}  # of ArduPilot
+    | {"DO_SEND_BANNER", "SIM_RATE_HZ", "SMART_RTL", "SAIL_LOIT_RADIUS", "SAIL_WNDSPD_MIN", "SAIL_XTRACK_MAX"}
+    # of ArduPilot
     | {"BRD_SAFETY_DEFLT", "MAV_LOG", "USV_CONSOLE_TOKEN", "USV_LINK", "USV_NATIVE", "USV_SAFE_CUT", "USV_SAFE_STICKS"}
 )
 _NAME = re.compile(r"(?<![\w./-])[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+(?![\w*])")

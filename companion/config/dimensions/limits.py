@@ -106,7 +106,7 @@ def _least(function: Callable[[float], float], bound: float) -> float:
 def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
     """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning."""
     ahead_n = largest(thrusters, 0)
-    sideways_n = 0.0 if any(t.kind in ("jet", "rudder") for t in thrusters) else largest(thrusters, 1)
+    sideways_n = 0.0 if any(t.kind in ("jet", "rudder", "sail") for t in thrusters) else largest(thrusters, 1)
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
     turning_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))

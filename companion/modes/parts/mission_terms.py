@@ -6,8 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from itertools import islice
 
+from companion.allocation.propulsion import has_sail
 from companion.baselines.waypoints import thesis_legs
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
@@ -16,6 +17,7 @@ from companion.core.work import Lane
 from companion.fence.allowed import Place
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_laying import FromBoat, Joint, LaidTrack, TrackShape
+from companion.guidance.sail_track import straight_legs
 from companion.guidance.waypoint import Waypoint
 from companion.mission.commands import Command
 from companion.mission.plan import PlanItem, item_number
@@ -102,7 +104,9 @@ class MissionTerms:
         there."""
         here = (nav.north_m, nav.east_m)
         found = self.rounded(route.waypoints, here)
-        if not self.own_law:
+        if self._sails:
+            legs, laid = straight_legs(here, found.waypoints), None
+        elif not self.own_law:
             legs, laid = thesis_legs(found.waypoints, nav, self.parameters), None
         else:
             laid = self.shape.lay(joint, found.waypoints, route.beyond, route.stop)
@@ -210,8 +214,8 @@ class MissionTerms:
                 return f"item {item_number(point.seq)}: {refusal}", place
         found = self.rounded(waypoints, place)
         seqs = [route[found.own_index(i)].seq for i in range(len(found.waypoints))]
-        if self.is_sideways(route) or not smooth:
-            legs = [list(leg) for leg in pairwise((place, *((w.north_m, w.east_m) for w in found.waypoints)))]
+        if self.is_sideways(route) or not smooth or self._sails:
+            legs = straight_legs(place, found.waypoints)
         else:
             shape = replace(self.shape, terms=None)
             laid = shape.lay(FromBoat(place), found.waypoints, self.waypoints(task.beyond), task.stop)
@@ -225,6 +229,10 @@ class MissionTerms:
     def ends_sideways(self, route: Sequence[RoutePoint]) -> bool:
         """Whether the last leg of the route is sailed sideways."""
         return route[-1].yaw_rad is not None and self._can_sway and bool(self.parameters["WP_YAW_MODE"])
+
+    @property
+    def _sails(self) -> bool:
+        return has_sail(self.config.thrusters)
 
     @property
     def _can_sway(self) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+from companion.allocation.propulsion import has_sail
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, TextKind
 from companion.core.estimate import Contact
@@ -72,6 +73,7 @@ class TrialMode(Mode):
                 r"circle of .*", "the circle is too small for this boat", "Set <param>TRIAL_RADIUS</param> larger."
             ),
             KnownRefusal(r"a jet has no way astern", "a water jet cannot do a trial", "Identify it by hand."),
+            KnownRefusal(r"a sail has no way astern", "a sailing boat cannot do a trial", "Identify it by hand."),
             *FENCE_REFUSALS,
         ),
     )
@@ -110,6 +112,8 @@ class TrialMode(Mode):
         """Refuse a boat without way astern, a circle that is too small, and one that leaves the fence."""
         if self._config.thrusters[0].kind == "jet":
             return "a jet has no way astern"
+        if has_sail(self._config.thrusters):
+            return "a sail has no way astern"
         if not inputs.nav.position_valid:
             return None
         radius_m, least_m = self._radius_m(inputs), self._expectation.least_radius_m

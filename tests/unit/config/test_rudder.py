@@ -55,7 +55,7 @@ def test_a_mistake_is_named_with_its_place(old: str, new: str, said: str) -> Non
 def test_a_blade_is_for_a_rudder_only() -> None:
     blade = "[thruster.rudder]\nspan_m = 0.2\nchord_m = 0.1\nx_m = -1.0\nrace_share = 1.0\n"
     text = TEXT.replace('kind = "rudder"', 'kind = "azimuth"').replace(BLADE, BLADE + blade)
-    with pytest.raises(ConfigError, match="rudder: only for a thruster of kind 'rudder', not 'azimuth'"):
+    with pytest.raises(ConfigError, match="rudder: only for a thruster of kind 'rudder' or 'sail', not 'azimuth'"):
         parse(text, "boat.toml")
 
 

@@ -63,7 +63,7 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     ):
         number = int(problem.split(":")[1])
         assert fragment in lines[number - 1], problem
-    assert "thruster[3].kind" in problems[2] and "'azimuth', 'fixed', 'jet' or 'rudder'" in problems[2]
+    assert "thruster[3].kind" in problems[2] and "'azimuth', 'fixed', 'jet', 'rudder' or 'sail'" in problems[2]
     assert "unknown key; did you mean 'surge_n'?" in problems[1]
 
 

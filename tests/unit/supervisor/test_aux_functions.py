@@ -361,3 +361,12 @@ def test_smart_rtl_goes_back_along_the_own_track_whatever_rtl_track_says(with_op
     boat.step()
     way = boat.helm.mode.way_ahead()
     assert sum(math.dist(a, b) for a, b in pairwise(way)) < 45.0, "RTL means the shortest way again"
+
+
+# --- tack ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_tack_is_refused_while_the_boat_does_not_beat(with_option: Callable[..., Boat]) -> None:
+    boat = with_option(AuxFunction.SAILBOAT_TACK)
+    rc(boat, True)
+    assert "No tack: the boat does not beat" in boat.texts()

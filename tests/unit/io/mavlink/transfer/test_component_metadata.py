@@ -133,7 +133,7 @@ def test_qgroundcontrol_learns_the_motors(vessel: str) -> None:
     assert functions == list(range(motor["function-min"], motor["function-min"] + len(config.thrusters)))
     assert all(content["functions_v1"][str(number)]["label"] for number in functions)
     assert max(functions) <= motor["function-max"] and motor["values"]["max"] == 0.3
-    assert (motor["values"]["min"] < 0.0) is (vessel != "rescuerunner")
+    assert (motor["values"]["min"] < 0.0) is (vessel not in ("rescuerunner", "sailbot"))
     (geometry,) = content["mixer_v1"]["config"]
     (group,) = geometry["actuators"]
     assert group["count"] == len(config.thrusters) == len(group["item-label-prefix"])

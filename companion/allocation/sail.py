@@ -1,0 +1,92 @@
+"""Allocation of a sailing rig: drive and yaw moment → sheet and rudder angle.
+
+The sheet gives the drive that is wanted, at most what the wind has (`SailTrim`); the rudder gives the moment. That of
+the sail is left to the yaw loop: keel and hull as fins balance most of it, and none of both is known well. In a turn
+the stern swings out, and the flow with it: the rudder's angle counts from there. A boat that gathers sternway has its
+rudder put over the other way.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.allocation.rudder_curve import RudderCurve
+from companion.allocation.sail_trim import SailForce, SailTrim
+from companion.allocation.steered import SteeredAllocator
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import Air, NavState
+from companion.params.store import Parameters
+
+_IDLE_RAD = math.radians(2.0)  # the winch does not follow smaller changes of the boom
+_STERNWAY_MPS = 0.05
+_STRAIGHTENED = 0.7  # share of the drift at the stern that the rudder sees behind the keel
+_LEAST_WAY_MPS = 0.3  # slower, a drift is no angle of the flow
+_WHOLE_SHEET_S = 2.0  # from free to hauled in
+
+
+class SailAllocator(SteeredAllocator):
+    """Wrench → Allocation. `feel` gives the wind first. Throttle: the sheet, 0 free to 1 hauled in.
+
+    Remembers the sheet, the apparent wind, the drift at the rudder, and the rudder as every boat that steers with one
+    force.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        super().__init__(config, parameters)
+        sail = self._thruster.sail
+        if sail is None:
+            raise ValueError(f"thruster {self._thruster.name} has no sail")
+        self._sail, self._trim = sail, SailTrim(sail)
+        self._blade = RudderCurve(self._thruster)
+        self._sheet = 0.0
+        self._off_rad, self._side, self._wind_mps = math.pi, 1.0, 0.0
+        self._drift_rad = 0.0
+
+    def feel(self, air: Air | None, nav: NavState) -> None:
+        """The wind over ground (None: as before), and the boat's motion."""
+        across_mps = nav.sway_mps + self._blade.lever_m * nav.yaw_rate_radps
+        has_way = nav.surge_mps > _LEAST_WAY_MPS
+        self._drift_rad = _STRAIGHTENED * math.atan2(across_mps, nav.surge_mps) if has_way else 0.0
+        if air is None:
+            return
+        c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+        ahead = c * air[0] + s * air[1] - nav.surge_mps
+        across = c * air[1] - s * air[0] - nav.sway_mps
+        self._wind_mps = math.hypot(ahead, across)
+        self._off_rad = abs(math.atan2(across, -ahead))
+        self._side = 1.0 if across > 0.0 else -1.0  # leeward: to starboard
+
+    def neutral(self) -> Allocation:
+        """The sheet free, the rudder amidships."""
+        self._sheet = 0.0
+        self._steer(0.0, self._period_s)
+        return self._result(None, 0.0)
+
+    def _take_throttle(self, throttle: float, dt_s: float) -> None:
+        self._haul(throttle, dt_s)
+
+    def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
+        heel_max_rad = math.radians(self._parameters["SAIL_HEEL_MAX"])
+        boom_rad = self._trim.best(wrench.surge_n, self._off_rad, self._wind_mps, heel_max_rad)
+        if abs(boom_rad - self._sail.boom_rad(self._sheet)) > _IDLE_RAD:
+            self._haul(self._sail.sheet(boom_rad), dt_s)
+        side_n = wrench.yaw_nm / self._blade.lever_m
+        astern = surge_mps < -_STERNWAY_MPS
+        angle_rad = self._blade.angle_rad(-side_n if astern else side_n, 0.0, abs(surge_mps))
+        self._steer(angle_rad + self._drift_rad, dt_s)
+
+    def _haul(self, sheet: float, dt_s: float) -> None:
+        reach = max(0.0, dt_s) / _WHOLE_SHEET_S
+        held = min(self._sheet + reach, max(self._sheet - reach, min(1.0, max(0.0, sheet))))
+        self._sheet = 0.0 if self._failed else held
+
+    def _force(self) -> SailForce:
+        return self._trim.force(self._sail.boom_rad(self._sheet), self._off_rad, self._wind_mps)
+
+    def _result(self, demanded: Wrench | None, surge_mps: float) -> Allocation:
+        given = self._force()
+        x_n, y_n = self._blade.force_n(0.0, self._angle_rad - self._drift_rad, surge_mps)
+        command = ThrusterCommand(self._thruster.ahead_n * self._sheet * self._sheet, self._sheet, self._angle_rad)
+        side_n = self._side * given.leeward_n + y_n
+        return self._given(demanded, command, Wrench(given.drive_n + x_n, side_n, self._blade.lever_m * y_n))

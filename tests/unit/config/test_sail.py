@@ -1,0 +1,57 @@
+"""What a vessel's file may say of a sail."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.config.vessel import ConfigError, find, load, parse, with_model_error
+
+TEXT = find("sailbot").read_text(encoding="utf-8")
+BOAT = load(find("sailbot"))
+
+
+def test_the_sheet_lets_the_boom_out() -> None:
+    sail = BOAT.thrusters[0].sail
+    assert sail is not None
+    assert math.degrees(sail.boom_rad(0.0)) == pytest.approx(85.0)
+    assert math.degrees(sail.boom_rad(1.0)) == pytest.approx(5.0)
+    assert sail.sheet(sail.boom_rad(0.3)) == pytest.approx(0.3)
+    assert (sail.sheet(math.pi), sail.sheet(0.0)) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("min_n = 0.0", "min_n = -1.0", "min_n: should be 0: a sail does not drive a boat astern"),
+        ("sway_n = 0.0", "sway_n = 1.0", "sway_n: a sail cannot push a boat sideways"),
+        ("x_m = -0.653", "x_m = 0.653", "rudder.x_m: a rudder is at the stern"),
+        ("azimuth_max_deg = 40.0", "azimuth_max_deg = 70.0", "its rudder needs stops either side"),
+        ("azimuth_rate_dps", "retractable = true\ntravel_s = 1.0\nazimuth_rate_dps", "retractable: not for a sail"),
+        ('kind = "sail"', 'kind = "azimuth"', "sail: only for a thruster of kind 'sail'"),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_place(old: str, new: str, problem: str) -> None:
+    assert TEXT.count(old) == 1
+    with pytest.raises(ConfigError, match=problem):
+        parse(TEXT.replace(old, new), "boat.toml")
+
+
+def test_a_sail_needs_its_table_and_a_rudder() -> None:
+    begin, end = TEXT.index("[thruster.rudder]"), TEXT.index("[[sensor]]")
+    with pytest.raises(ConfigError, match=r"a sail needs its table \[thruster.rudder\]"):
+        parse(TEXT[:begin] + TEXT[end:], "boat.toml")
+
+
+def test_a_sail_is_the_only_thruster() -> None:
+    row = '[[thruster]]\nname = "motor"\nkind = "fixed"\nx_m = -0.6\ny_m = 0.0\nmax_n = 5.0\n\n[[sensor]]'
+    text = TEXT.replace("[[sensor]]", row, 1).replace('thrusters = ["rig"]', 'thrusters = ["rig", "motor"]')
+    with pytest.raises(ConfigError, match="a sail must be the only thruster"):
+        parse(text, "boat.toml")
+
+
+def test_a_wrong_model_has_a_wrong_sail() -> None:
+    sail = with_model_error(BOAT, 0.2).thrusters[0].sail
+    assert sail is not None
+    assert sail.force_scale == pytest.approx(1.2)
