@@ -249,9 +249,10 @@ def _slow(tick: Tick) -> str:
     power = (
         ",," if battery is None else f"{battery.voltage_v:.3f},{_short(battery.current_a)},{_short(battery.remaining)}"
     )
-    weather = (nav.wind_speed_mps, nav.wind_from_rad, nav.current_north_mps, nav.current_east_mps)
-    return ",".join(
-        (place, fix, _short(None if corrections is None else corrections.age_s), power, *map(_short, weather))
+    return (
+        f"{place},{fix},{_short(None if corrections is None else corrections.age_s)},{power}"
+        f",{_short(nav.wind_speed_mps)},{_short(nav.wind_from_rad)}"
+        f",{_short(nav.current_north_mps)},{_short(nav.current_east_mps)}"
     )
 
 
