@@ -165,6 +165,13 @@ def test_a_slice_that_does_something_is_refused(bound: str) -> None:
 def test_an_object_without_its_init_is_refused() -> None:
     with pytest.raises(ValueError, match="line 1: an object made by __new__"):
         prepared("area = Area.__new__(Area)\n")
+    with pytest.raises(ValueError, match="line 1: an object made by __new__"):
+        prepared("member = int.__new__(cls, number)\n")
+
+
+def test_kinds_of_a_value_are_a_tuple() -> None:
+    assert prepared("found = isinstance(value, Fix | core.Heading)\n") == "found = isinstance(value, (Fix, core.Heading))\n"
+    assert prepared("found = isinstance(value, KINDS)\n") == "found = isinstance(value, KINDS)\n"
 
 
 def test_a_class_variable_of_a_dataclass_is_refused() -> None:
