@@ -220,7 +220,7 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
     moves = isinstance(setpoint, PoseSetpoint | PathSetpoint)
     demanded, achieved = tick.wrench, tick.allocation.achieved
     cells = [
-        f"{tick.t_s:.3f},{tick.time_unix_ns},{status.mode.value},{status.armed:d}"
+        f"{tick.t_s:.3f},{tick.time_unix_ns},{status.mode.word},{status.armed:d}"
         f",{nav.north_m:.4f},{nav.east_m:.4f},{nav.yaw_rad:.5f},{nav.surge_mps:.4f},{nav.sway_mps:.4f},{nav.yaw_rate_radps:.5f}",
         _optional(None if desired.place is None else desired.place.north_m),
         _optional(None if desired.place is None else desired.place.east_m),
@@ -237,7 +237,7 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
     cells.append(_slow(tick))
     ok = {device.name: device.ok for device in tick.health}
     cells += [f"{ok.get(name, False):d}" for name in devices]
-    cells += [condition.value for condition in tick.conditions]
+    cells += [condition.word for condition in tick.conditions]
     return ",".join(cells) + "\n"
 
 

@@ -306,11 +306,18 @@ static int __attribute__((noinline, unused)) usv_narrow(char form, PyObject *val
 
 /* `companion.record.columns.narrowed` */
 static PyObject *__attribute__((noinline, unused)) usv_narrowed(PyObject *packer, PyObject *rows, CPyTagged tick_us) {
-    PyObject *heads = PyObject_GetAttrString(packer, "heads"), *forms = PyObject_GetAttrString(packer, "forms");
-    PyObject *data = NULL, *row;
+    static PyObject *heads_name, *forms_name;
+    PyObject *heads, *forms, *data = NULL, *row;
     Py_ssize_t count = PyList_GET_SIZE(rows), column, at, size = 0;
     char *to, *begin;
     int done = 1;
+    if (heads_name == NULL) {
+        heads_name = PyUnicode_InternFromString("heads");
+        forms_name = PyUnicode_InternFromString("forms");
+        if (heads_name == NULL || forms_name == NULL) return NULL;
+    }
+    heads = PyObject_GetAttr(packer, heads_name);
+    forms = PyObject_GetAttr(packer, forms_name);
     if (heads == NULL || forms == NULL) goto end;
     for (column = 0; column < PyTuple_GET_SIZE(heads); column++) size += PyBytes_GET_SIZE(PyTuple_GET_ITEM(heads, column));
     data = PyBytes_FromStringAndSize(NULL, size + 8 * count * PyUnicode_GET_LENGTH(forms));

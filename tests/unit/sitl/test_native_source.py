@@ -170,7 +170,10 @@ def test_an_object_without_its_init_is_refused() -> None:
 
 
 def test_kinds_of_a_value_are_a_tuple() -> None:
-    assert prepared("found = isinstance(value, Fix | core.Heading)\n") == "found = isinstance(value, (Fix, core.Heading))\n"
+    assert (
+        prepared("found = isinstance(value, Fix | core.Heading)\n")
+        == "found = isinstance(value, (Fix, core.Heading))\n"
+    )
     assert prepared("found = isinstance(value, KINDS)\n") == "found = isinstance(value, KINDS)\n"
 
 
