@@ -57,6 +57,8 @@ def _kinds(call: ast.Call, edits: Edits) -> None:
     if not isinstance(call.func, ast.Name) or call.func.id != "isinstance" or not isinstance(call.args[1], ast.BinOp):
         return
     kinds = ast.unparse(call.args[1]).split(" | ")
+    if "None" in kinds:
+        return  # which stands for its type only in such a union
     edits.replace(edits.start(call.args[1]), edits.end(call.args[1]), f"({', '.join(kinds)})")
 
 

@@ -19,7 +19,7 @@ _SIGNED, _SIGNATURE_BYTES = 1, 13
 _IDS = {kind.msgname: number for number, kind in mavlink.mavlink_map.items()}
 _TAKEN = frozenset(
     _IDS[kind] for kind in ("STATUSTEXT", "COMMAND_ACK", "MISSION_ITEM_REACHED", "MISSION_REQUEST_INT", "MISSION_ACK")
-)  # the others are read when a scenario asks for them
+)  # the others are read when a scenario asks for them, or where `hears` names them
 
 
 class GroundStationTimeout(Exception):
@@ -66,7 +66,10 @@ class Newest:
 class GroundStation:
     """`last`: newest message of each type; `texts`: all STATUSTEXTs, `heard_s` when each came; `acks`, `reached`:
     results and items so far. `fences`: (when, corners as north and east of home in m) of the areas to stay in that it
-    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent."""
+    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent. `hears`: ids of
+    messages that `_take` gets besides, for classes made of this one."""
+
+    hears: frozenset[int] = frozenset()
 
     def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
         """`system`: its own id; `vessel`: the boat's id."""
@@ -101,7 +104,7 @@ class GroundStation:
         self.rig.step()
         for number, packet in self._packets(self._rest + self.rig.receive()):
             self.last.take(number, packet)
-            if number in _TAKEN:
+            if number in _TAKEN or number in self.hears:
                 self._take(self._codec.decode(bytearray(packet)))
 
     def _packets(self, data: bytes) -> Iterator[tuple[int, bytes]]:

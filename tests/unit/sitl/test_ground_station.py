@@ -64,3 +64,17 @@ def test_packets_in_pieces_and_among_garbage(form: dict[str, Any]) -> None:
     for cut in range(1, len(data)):
         station = _station(data[:cut], data[cut:])
         assert station.texts == ["all well"] and station.last["HEARTBEAT"].custom_mode == 9
+
+
+def test_a_station_made_of_it_hears_more() -> None:
+    class Listener(GroundStation):
+        hears = frozenset({mavlink.MAVLINK_MSG_ID_SYSTEM_TIME})
+
+        def _take(self, message: Any) -> None:
+            self.texts.append(message.get_type())
+
+    rig: Any = _Rig()
+    rig.pieces.append(_packet(mavlink.MAVLink_system_time_message(1, 2)) + _packet(_beat(7)))
+    listener = Listener(rig)
+    listener.step()
+    assert listener.texts == ["SYSTEM_TIME"]
