@@ -105,6 +105,7 @@ _STATUS_HEAD = struct.Struct("<BBBBHiB8HB")
 _STATUS_THRUSTER = struct.Struct("<hhB")
 _IDENT_HEAD = struct.Struct("<BBBBBBB")
 _CRC = struct.Struct("<H")
+_LIGHTS = tuple(Light)
 _BYTES = tuple([bytes((number,)) for number in range(256)])
 
 
@@ -287,14 +288,15 @@ def _decode_command(body: bytes) -> BoardCommand | None:
         return None
     if flags > 5 or max(red, yellow, green) > Light.BLINK:
         return None
-    demands = tuple(_COMMAND_THRUSTER.iter_unpack(body[_COMMAND_HEAD.size :]))
-    if not all(_sensible(throttle, azimuth) for throttle, azimuth in demands):
-        return None
+    demands = list(_COMMAND_THRUSTER.iter_unpack(body[_COMMAND_HEAD.size :]))
+    for throttle, azimuth in demands:
+        if not _sensible(throttle, azimuth):
+            return None
     thrusters = tuple(
         [ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands]
     )
     lower = None if flags < 2 else flags < 4
-    return BoardCommand(sequence, bool(flags & 1), thrusters, lower, Light(red), Light(yellow), Light(green))
+    return BoardCommand(sequence, bool(flags & 1), thrusters, lower, _LIGHTS[red], _LIGHTS[yellow], _LIGHTS[green])
 
 
 def _encode_status(message: BoardStatus) -> bytes:
@@ -327,9 +329,10 @@ def _decode_status(body: bytes) -> BoardStatus | None:
     _, _, sequence, flags, voltage, current, remaining, *rc_us, n = _STATUS_HEAD.unpack_from(body)
     if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 31:
         return None
-    states = tuple(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
-    if not all(_sensible(throttle, azimuth) and state < 8 for throttle, azimuth, state in states):
-        return None
+    states = list(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
+    for throttle, azimuth, state in states:
+        if not _sensible(throttle, azimuth) or state > 7:
+            return None
     return BoardStatus(
         sequence=sequence,
         neutral_by_watchdog=bool(flags & 1),

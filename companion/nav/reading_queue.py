@@ -25,6 +25,7 @@ class ReadingQueue:
         """`latencies_s`: by the vessel's file; `late_s(source)`: of a receiver, beyond that."""
         self._latencies_s, self._late_s = latencies_s, late_s
         self._lags_s: dict[tuple[str, bool], float] = {}
+        self._settled: set[str] = set()  # sources that are no receivers: their latency never changes
         self.lag_s = 0.0
         self.pending: list[Reading] = []
 
@@ -48,15 +49,23 @@ class ReadingQueue:
         return due
 
     def _dated(self, reading: Reading) -> Reading:
-        late_s = self._late_s(reading.source) if _of_receiver(reading) else 0.0
+        if not _of_receiver(reading):
+            if reading.source not in self._settled:
+                self._settled.add(reading.source)
+                self._take_lag((reading.source, False), self._latencies_s.get(reading.source, 0.0))
+            return reading
+        late_s = self._late_s(reading.source)
         key = reading.source, late_s != 0.0
-        lag_s = min(max(self._latencies_s.get(reading.source, 0.0) + late_s, 0.0), _LONGEST_S)
-        if lag_s != self._lags_s.get(key):
-            self._lags_s[key] = lag_s
-            self.lag_s = max(self._lags_s.values())
+        self._take_lag(key, self._latencies_s.get(reading.source, 0.0) + late_s)
         if late_s and isinstance(reading, GnssFix | GroundVelocity | Heading):
             return replace(reading, t_s=reading.t_s - late_s)
         return reading
+
+    def _take_lag(self, key: tuple[str, bool], lag_s: float) -> None:
+        lag_s = min(max(lag_s, 0.0), _LONGEST_S)
+        if lag_s != self._lags_s.get(key):
+            self._lags_s[key] = lag_s
+            self.lag_s = max(self._lags_s.values())
 
 
 def _of_receiver(reading: Reading) -> bool:

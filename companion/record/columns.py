@@ -92,7 +92,7 @@ class ColumnWriter:
         if (packer := self._quick.get(len(rows))) is None:
             packer = self._quick[len(rows)] = Packer(self._source, self.layout.forms, len(rows))
         if (quick := narrowed(packer, rows, tick_us)) is None:
-            quick = self._widened(list(zip(*rows, strict=True)), tick_us)
+            quick = self._widened([list(map(_number, column)) for column in zip(*rows, strict=True)], tick_us)
         last = _FIRST + len(rows[0])
         parts = [quick]
         if self._codec.tuple_name is not None:
@@ -146,7 +146,7 @@ class Packer:
         """The source and the columns; None where a form does not give its column back exactly."""
         values, stride = self._values, self._stride
         for at, row in enumerate(rows, 2):
-            values[at::stride] = row
+            values[at::stride] = map(_number, row) if None in row else row
         for places in self._whole:
             values[places] = [_LEAST_INT64 if number != number else number for number in values[places]]
         if self._aged and not self._take_ages(tick_us):
@@ -172,6 +172,10 @@ class Packer:
             return False
         self._values[self._times] = ages
         return [(tick_us - age) / _US for age in ages] == times_s
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def narrowed(packer: Packer, rows: list[Sequence[Any]], tick_us: int) -> bytes | None:

@@ -197,7 +197,7 @@ def _tick_message(tick: Tick, order: Sequence[int]) -> bytes:
     parts = [
         schemas.TICK_ROW.packed(tick_values(tick)),
         schemas.TICK_MORE.packed(schemas.more_values(tick)),
-        text(schemas.MODE, tick.status.mode.value),
+        text(schemas.MODE, tick.status.mode.word),
         text(schemas.FAILSAFES, ";".join(tick.status.failsafes)) if tick.status.failsafes else b"",
         blob(schemas.ORDER, packed_varints(order)),
         blob(schemas.THROTTLE, struct.pack(count, *schemas.rounded([t.throttle for t in commands]))),

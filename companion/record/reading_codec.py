@@ -15,7 +15,7 @@ import math
 import struct
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from enum import Enum, IntEnum
 from operator import attrgetter
@@ -74,9 +74,9 @@ class Codec:
         self._kind, self.kind_type = kind, kind_type
         self.tuple_name = tuples[0] if tuples else None
         self._format = struct.Struct("<" + "".join(column.code for column in self.numbers))
-        self._values_of = attrgetter(*(column.name for column in self.numbers), "source")  # two or more: a tuple
+        names = [column.name for column in self.numbers]
+        self._values_of = attrgetter(*names) if len(names) > 1 else _only(attrgetter(*names))
         self._places = _places(self.numbers)
-        self._optional = any(column.optional for column in self.numbers)
 
     def reading(self, source: str, data: bytes) -> Reading:
         """The reading of a line. Raises ValueError for values that are not of this kind."""
@@ -102,15 +102,19 @@ class Codec:
         return {column.name: column.value(number) for column, number in zip(columns, numbers, strict=True)}
 
     def values(self, reading: Any) -> Sequence[Any]:
-        """The numbers of a reading, in order; NaN for None, an Enum by its place."""
-        values: Sequence[Any] = self._values_of(reading)[:-1]
-        if self._places:
-            values = list(values)
-            for at, place_of in self._places.items():
-                values[at] = None if values[at] is None else place_of[values[at]]
-        if not self._optional or None not in values:
+        """The numbers of a reading, in order, None where one is missing; an Enum by its place."""
+        values: Sequence[Any] = self._values_of(reading)
+        if not self._places:
             return values
-        return [math.nan if value is None else value for value in values]
+        values = list(values)
+        for at, place_of in self._places.items():
+            values[at] = None if values[at] is None else place_of[values[at]]
+        return values
+
+
+def _only(value_of: Callable[[Any], Any]) -> Callable[[Any], tuple[Any]]:
+    """The one value as a tuple."""
+    return lambda reading: (value_of(reading),)
 
 
 def floats(data: bytes) -> tuple[float, ...]:

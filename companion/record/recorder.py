@@ -220,7 +220,7 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
     moves = isinstance(setpoint, PoseSetpoint | PathSetpoint)
     demanded, achieved = tick.wrench, tick.allocation.achieved
     cells = [
-        f"{tick.t_s:.3f},{tick.time_unix_ns},{status.mode.value},{status.armed:d}"
+        f"{tick.t_s:.3f},{tick.time_unix_ns},{status.mode.word},{status.armed:d}"
         f",{nav.north_m:.4f},{nav.east_m:.4f},{nav.yaw_rad:.5f},{nav.surge_mps:.4f},{nav.sway_mps:.4f},{nav.yaw_rate_radps:.5f}",
         _optional(None if desired.place is None else desired.place.north_m),
         _optional(None if desired.place is None else desired.place.east_m),
@@ -237,7 +237,7 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
     cells.append(_slow(tick))
     ok = {device.name: device.ok for device in tick.health}
     cells += [f"{ok.get(name, False):d}" for name in devices]
-    cells += [condition.value for condition in tick.conditions]
+    cells += [condition.word for condition in tick.conditions]
     return ",".join(cells) + "\n"
 
 
@@ -249,9 +249,10 @@ def _slow(tick: Tick) -> str:
     power = (
         ",," if battery is None else f"{battery.voltage_v:.3f},{_short(battery.current_a)},{_short(battery.remaining)}"
     )
-    weather = (nav.wind_speed_mps, nav.wind_from_rad, nav.current_north_mps, nav.current_east_mps)
-    return ",".join(
-        (place, fix, _short(None if corrections is None else corrections.age_s), power, *map(_short, weather))
+    return (
+        f"{place},{fix},{_short(None if corrections is None else corrections.age_s)},{power}"
+        f",{_short(nav.wind_speed_mps)},{_short(nav.wind_from_rad)}"
+        f",{_short(nav.current_north_mps)},{_short(nav.current_east_mps)}"
     )
 
 

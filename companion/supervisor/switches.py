@@ -98,10 +98,15 @@ class Switches:
         self._heard_s = -math.inf
         self.killed = False
         self.channels: int | None = None
+        parameters.after_change(self._look_up)
+        self._look_up()
+
+    def _look_up(self) -> None:
+        self._can_kill = bool(kill_channels(self._parameters))
 
     def update(self, rc: RcInput | None, now_s: float) -> list[SwitchOrder]:
         """Read the transmitter, whose channels are calibrated."""
-        if not kill_channels(self._parameters):
+        if not self._can_kill:
             self.killed = False
         if rc is not None and not rc.lost and rc.t_s > self._heard_s:
             self._heard_s = rc.t_s

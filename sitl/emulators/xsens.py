@@ -117,12 +117,13 @@ class XsensEmulator:
         x, y, z, p, q, r, roll, pitch, yaw = sample
         counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF
         ticks = round(t_s * _TICKS_PER_S) & 0xFFFFFFFF
+        w, i, j, k = _quaternion(roll, pitch, yaw - self._north_rad)
         # fmt: off
         raw = _MESSAGE.pack(
             0xFA, 0xFF, 0x36, _LENGTH + len(more),
             _PACKET_COUNTER, 2, counter,
             _SAMPLE_TIME_FINE, 4, ticks,
-            _QUATERNION_NED, 16, *_quaternion(roll, pitch, yaw - self._north_rad),
+            _QUATERNION_NED, 16, w, i, j, k,
             _ACCELERATION, 12, x, y, z,
             _RATE_OF_TURN, 12, p, q, r,
             _STATUS_WORD, 4, _STATUS_GOOD,

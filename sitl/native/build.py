@@ -22,7 +22,10 @@ from sitl.native.operations import HEADER
 from sitl.native.source import prepared
 
 GROUP = "usv"
-FLAGS = (*("-O2", "-fPIC", "-fvisibility=hidden", "-fwrapv", "-ffp-contract=off", "-fno-math-errno", "-DNDEBUG", "-w"),)
+FLAGS = (
+    *("-O2", "-fPIC", "-fno-plt", "-fvisibility=hidden", "-fwrapv", "-ffp-contract=off", "-fno-math-errno"),
+    *("-DNDEBUG", "-w"),
+)
 """No fused multiply-add, which some processors have and which rounds once less: results stay as interpreted ones."""
 
 _HEADERS = (f"__native_{GROUP}.h", f"__native_internal_{GROUP}.h")

@@ -3,6 +3,7 @@
 * `sum` gets a list: mypyc would add a generator's values in a loop of its own, without the compensation of Python 3.12.
 * A loop over `zip` loses `strict`, and `min` and `max` of several become those of two each: forms of which mypyc makes
   loops and comparisons of its own.
+* `isinstance(x, A | B)` gets a tuple, of which mypyc makes two comparisons of types.
 * `(a, b), (c, d) = x, y` becomes one assignment each: mypyc would make objects of all the numbers.
 * A format in an f-string becomes a call of `format`, which `operations.py` knows.
 """
@@ -22,6 +23,7 @@ def change_form(node: ast.AST, edits: Edits) -> None:
     if isinstance(node, ast.Call):
         _refuse_bare(node)
         _sum(node, edits)
+        _kinds(node, edits)
         _extreme(node, edits)
     elif isinstance(node, ast.Assign):
         _nested(node, edits)
@@ -40,7 +42,7 @@ def _refuse_effects(node: ast.Slice) -> None:
 
 def _refuse_bare(call: ast.Call) -> None:
     """mypyc's classes call `__init__` in `__new__`, so there is no object without it."""
-    if isinstance(call.func, ast.Attribute) and call.func.attr == "__new__" and ast.unparse(call.func.value) != "int":
+    if isinstance(call.func, ast.Attribute) and call.func.attr == "__new__":
         raise ValueError(f"line {call.lineno}: an object made by __new__, for which mypyc calls __init__")
 
 
@@ -49,6 +51,15 @@ def _sum(call: ast.Call, edits: Edits) -> None:
         start, end = edits.start(call.args[0]), edits.end(call.args[0])  # with its parentheses
         edits.replace(start, start + 1, "([")
         edits.replace(end - 1, end, "])")
+
+
+def _kinds(call: ast.Call, edits: Edits) -> None:
+    if not isinstance(call.func, ast.Name) or call.func.id != "isinstance" or not isinstance(call.args[1], ast.BinOp):
+        return
+    kinds = ast.unparse(call.args[1]).split(" | ")
+    if "None" in kinds:
+        return  # which stands for its type only in such a union
+    edits.replace(edits.start(call.args[1]), edits.end(call.args[1]), f"({', '.join(kinds)})")
 
 
 def _extreme(call: ast.Call, edits: Edits) -> None:

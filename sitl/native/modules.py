@@ -7,9 +7,29 @@ from pathlib import Path
 _COMPILED = (
     *(f"companion/{room}/" for room in ("core", "nav", "guidance", "control", "allocation", "positioning", "payload")),
     *(f"companion/{room}/" for room in ("fence", "following", "traffic", "obstacles", "modes", "supervisor", "record")),
-    *("companion/loop.py", "companion/safety.py", "companion/clock.py", "companion/params/store.py"),
-    *("companion/mission/executor.py", "companion/mission/plan.py", "companion/io/sensors/", "companion/io/actuators/"),
-    *(f"companion/io/mavlink/{part}" for part in ("telemetry/", "wire/framer.py", "wire/hub.py")),
+    *("companion/loop.py", "companion/safety.py", "companion/clock.py", "companion/params/", "companion/mission/"),
+    *("companion/baselines/", "companion/io/sensors/", "companion/io/actuators/"),
+    *(f"companion/io/mavlink/{part}" for part in ("commands/", "services/", "telemetry/", "transfer/")),
+    *(
+        f"companion/io/mavlink/wire/{part}.py"
+        for part in (
+            "actions",
+            "exposure",
+            "framer",
+            "guard",
+            "link_options",
+            "personas",
+            "proof",
+            "reception",
+            "repeats",
+            "router",
+            "signing",
+            "slots",
+            "spare",
+            "stream_memory",
+            "yielding",
+        )
+    ),
     *("companion/io/corrections.py", "companion/io/formats.py", "companion/io/host.py", "companion/io/known_time.py"),
     *("companion/io/listening.py", "companion/io/nmea_out.py", "companion/io/rc_receiver.py", "companion/io/rtcm.py"),
     "sitl/",
@@ -18,12 +38,15 @@ _COMPILED = (
 inherited from in compiled modules."""
 
 _INTERPRETED = (
-    *("companion/core/ports.py", "companion/io/mavlink/wire/hub.py", "sitl/emulators/device.py"),  # runtime_checkable
+    *("companion/core/ports.py", "sitl/emulators/device.py"),  # runtime_checkable
     "companion/fence/area.py",  # mypyc does not know `cls.__new__`
     *(
         "companion/obstacles/chart_water.py",
         "companion/obstacles/way_round.py",
     ),  # fields of a type not imported
+    "companion/io/mavlink/commands/table.py",  # its rows name constants that mypyc cannot tell the types of
+    "companion/mission/markup.py",  # a class of another package's class
+    "companion/params/transmitter.py",  # an enumeration with `__new__`
     "companion/io/sensors/nmea0183_sentences.py",  # classes with a metaclass
     "companion/record/feed.py",  # the name `_thread` becomes a word of C
     "companion/record/retention.py",

@@ -8,6 +8,16 @@
 #include <math.h>
 #include <CPy.h>
 
+/* Where these are called something has gone wrong: such lines stand apart from those of every tick, which so fill less
+   of the processor's caches. */
+void CPy_AddTraceback(const char *file, const char *function, int line, PyObject *globals) __attribute__((cold));
+void CPy_TypeErrorTraceback(const char *file, const char *function, int line, PyObject *globals, const char *expected,
+                            PyObject *value) __attribute__((cold));
+void CPy_AttributeError(const char *file, const char *function, const char *class_name, const char *attribute, int line,
+                        PyObject *globals) __attribute__((cold));
+void CPy_TypeError(const char *expected, PyObject *value) __attribute__((cold));
+void CPyError_OutOfMemory(void) __attribute__((cold));
+
 #define USV_ERROR (-113.0) /* as mypyc: it then asks whether there is an exception */
 
 /* Python's own function of the module math, of the first `count` numbers. */
@@ -153,12 +163,71 @@ static inline CPyTagged usv_round(double x) {
     return whole == NULL ? CPY_INT_TAG : CPyTagged_StealFromObject(whole);
 }
 
+static const int64_t usv_tens[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000, 1000000000, 10000000000,
+                                   100000000000};
+
+/* |x| times a power of ten as a whole number, rounded once, half to even, by whole numbers alone: what Python's own
+   formats find with numbers of any length. -1 where it is too large for that. */
+static inline int64_t usv_scaled(double x, int decimals) {
+#ifdef __SIZEOF_INT128__
+    uint64_t bits, whole;
+    unsigned __int128 product, rest, half;
+    int exponent;
+    if (!(fabs(x) < 8e9)) return -1;
+    memcpy(&bits, &x, 8);
+    exponent = (int)(bits >> 52 & 0x7FF);
+    if (exponent == 0) return bits << 1 == 0 ? 0 : -1;
+    product = (unsigned __int128)(bits << 12 >> 12 | 1ULL << 52) * (uint64_t)usv_tens[decimals];
+    exponent = 1075 - exponent; /* bits behind the point, 20 or more */
+    if (exponent > 100) return 0;
+    half = (unsigned __int128)1 << (exponent - 1);
+    rest = product & ((half << 1) - 1);
+    whole = (uint64_t)(product >> exponent);
+    return (int64_t)(whole + (rest > half || (rest == half && (whole & 1))));
+#else
+    return -1;
+#endif
+}
+
+/* format(x, ".Nf"); NULL without an error where it has to go the long way */
+static PyObject *__attribute__((noinline, unused)) usv_fixed(double x, int decimals) {
+    int64_t whole = usv_scaled(x, decimals);
+    char digits[40], *at = digits + sizeof digits;
+    int count = 0;
+    if (whole < 0) return NULL;
+    for (; whole != 0 || count <= decimals; whole /= 10) {
+        *--at = (char)('0' + whole % 10);
+        if (++count == decimals) *--at = '.';
+    }
+    if (signbit(x)) *--at = '-';
+    return PyUnicode_DecodeASCII(at, digits + sizeof digits - at, NULL);
+}
+
+/* The number of seven digits that is nearest to a float32: float(format(x, ".7g")). False where it has to go the long
+   way. */
+static inline int usv_seven_digits(double x, double *to) {
+    int decimals = 6;
+    int64_t whole;
+    double size = fabs(x);
+    if (x == 0.0) {
+        *to = x;
+        return 1;
+    }
+    if (!(size >= 1e-4 && size < 1e6)) return 0;
+    while (size >= 1e7 / (double)usv_tens[decimals]) decimals--;
+    while (size < 1e6 / (double)usv_tens[decimals]) decimals++;
+    if ((whole = usv_scaled(x, decimals)) < 0) return 0;
+    *to = copysign((double)whole / (double)usv_tens[decimals], x); /* of two numbers without an error: rounded once */
+    return 1;
+}
+
 /* format(x, text), quick for a text like ".3f" */
 static inline PyObject *usv_format_float(double x, PyObject *text) {
     PyObject *number, *done;
     if (PyUnicode_GET_LENGTH(text) == 3 && PyUnicode_IS_ASCII(text)) {
         const Py_UCS1 *at = PyUnicode_1BYTE_DATA(text);
         if (at[0] == '.' && at[1] >= '1' && at[1] <= '9' && (at[2] == 'f' || at[2] == 'g')) {
+            if (at[2] == 'f' && (done = usv_fixed(x, at[1] - '0')) != NULL) return done;
             char *digits = PyOS_double_to_string(x, (char)at[2], at[1] - '0', 0, NULL);
             if (digits == NULL) return NULL;
             done = PyUnicode_FromString(digits);
@@ -198,7 +267,7 @@ static int __attribute__((noinline, unused)) usv_narrow(char form, PyObject *val
     int32_t age;
     int64_t whole;
     if (form == 'q') {
-        if (PyFloat_CheckExact(value) && isnan(PyFloat_AS_DOUBLE(value))) {
+        if (value == Py_None || (PyFloat_CheckExact(value) && isnan(PyFloat_AS_DOUBLE(value)))) {
             whole = INT64_MIN;
         } else {
             whole = PyLong_AsLongLong(value);
@@ -210,7 +279,7 @@ static int __attribute__((noinline, unused)) usv_narrow(char form, PyObject *val
         memcpy(to, &whole, 8);
         return 8;
     }
-    x = PyFloat_CheckExact(value) ? PyFloat_AS_DOUBLE(value) : PyFloat_AsDouble(value);
+    x = PyFloat_CheckExact(value) ? PyFloat_AS_DOUBLE(value) : value == Py_None ? Py_NAN : PyFloat_AsDouble(value);
     if (x == -1.0 && PyErr_Occurred()) return -1;
     if (form == 'd') {
         memcpy(to, &x, 8);
@@ -226,7 +295,7 @@ static int __attribute__((noinline, unused)) usv_narrow(char form, PyObject *val
     narrow = (float)x;
     memcpy(to, &narrow, 4);
     back = narrow;
-    if (form == 's' && isfinite(back)) {
+    if (form == 's' && isfinite(back) && !usv_seven_digits(back, &back)) {
         char *digits = PyOS_double_to_string(back, 'g', 7, 0, NULL);
         if (digits == NULL) return -1;
         back = PyOS_string_to_double(digits, NULL, NULL);
@@ -237,11 +306,18 @@ static int __attribute__((noinline, unused)) usv_narrow(char form, PyObject *val
 
 /* `companion.record.columns.narrowed` */
 static PyObject *__attribute__((noinline, unused)) usv_narrowed(PyObject *packer, PyObject *rows, CPyTagged tick_us) {
-    PyObject *heads = PyObject_GetAttrString(packer, "heads"), *forms = PyObject_GetAttrString(packer, "forms");
-    PyObject *data = NULL, *row;
+    static PyObject *heads_name, *forms_name;
+    PyObject *heads, *forms, *data = NULL, *row;
     Py_ssize_t count = PyList_GET_SIZE(rows), column, at, size = 0;
     char *to, *begin;
     int done = 1;
+    if (heads_name == NULL) {
+        heads_name = PyUnicode_InternFromString("heads");
+        forms_name = PyUnicode_InternFromString("forms");
+        if (heads_name == NULL || forms_name == NULL) return NULL;
+    }
+    heads = PyObject_GetAttr(packer, heads_name);
+    forms = PyObject_GetAttr(packer, forms_name);
     if (heads == NULL || forms == NULL) goto end;
     for (column = 0; column < PyTuple_GET_SIZE(heads); column++) size += PyBytes_GET_SIZE(PyTuple_GET_ITEM(heads, column));
     data = PyBytes_FromStringAndSize(NULL, size + 8 * count * PyUnicode_GET_LENGTH(forms));

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 
 from sitl.native.edits import Edits
@@ -147,9 +147,9 @@ def _dataclass(node: ast.ClassDef, edits: Edits, outermost: bool) -> list[str]:
         return []
     if any(ast.unparse(base).startswith("Generic[") for base in node.bases):
         raise ValueError(f"line {node.lineno}: a generic dataclass, which cannot be imported once compiled")
-    edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({_options(decorator)})")
-    fields = [found for statement in node.body if (found := _field(statement)) is not None]
     methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}
+    edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({_options(decorator, methods)})")
+    fields = [found for statement in node.body if (found := _field(statement)) is not None]
     own = not node.bases and not methods & {"__init__", "__post_init__"}
     if own and fields and all(item.plain for item in fields):
         edits.insert(edits.end(node), _init(node, fields))
@@ -171,10 +171,10 @@ def _is_dataclass(node: ast.expr) -> bool:
     return ast.unparse(node.func if isinstance(node, ast.Call) else node) == "dataclass"
 
 
-def _options(decorator: ast.expr) -> str:
+def _options(decorator: ast.expr, methods: Container[str]) -> str:
     given = decorator.keywords if isinstance(decorator, ast.Call) else []
     options = {item.arg or "": ast.unparse(item.value) for item in given}
-    if options.pop("frozen", "False") == "True" and "eq" not in options:
+    if options.pop("frozen", "False") == "True" and "eq" not in options and "__hash__" not in methods:
         options["unsafe_hash"] = "True"
     options.pop("slots", None)
     return ", ".join(f"{name}={value}" for name, value in options.items())

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from pymavlink.dialects.v20 import common as mavlink
+
 from sitl.lead_boat import LeadBoat
 from sitl.leader_radio import EmulatedLeaderModule, RadioPath
 from sitl.scenarios.ground_station import GroundStation
@@ -18,6 +20,8 @@ _JITTER_SHARE = 0.3  # share of the latency
 
 class FollowerGroundStation(GroundStation):
     """The ground station of one follower. Its `step` steps the whole convoy."""
+
+    hears = frozenset({mavlink.MAVLINK_MSG_ID_TIMESYNC})
 
     def __init__(self, rig: Rig, convoy: Convoy, vessel: int) -> None:
         super().__init__(rig, vessel=vessel)

@@ -4,7 +4,7 @@ rig."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,12 @@ from companion.core.geodesy import LocalFrame
 from sitl.scenarios.rig import Rig
 
 _HEARTBEAT_PERIOD_S = 1.0
+_MARKS = {0xFD: 12, 0xFE: 8}  # what MAVLink 2 and 1 packets begin with, and their length without the payload
+_SIGNED, _SIGNATURE_BYTES = 1, 13
+_IDS = {kind.msgname: number for number, kind in mavlink.mavlink_map.items()}
+_TAKEN = frozenset(
+    _IDS[kind] for kind in ("STATUSTEXT", "COMMAND_ACK", "MISSION_ITEM_REACHED", "MISSION_REQUEST_INT", "MISSION_ACK")
+)  # the others are read when a scenario asks for them, or where `hears` names them
 
 
 class GroundStationTimeout(Exception):
@@ -31,16 +37,44 @@ class Item:
     frame: int = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 
 
+class Newest:
+    """The newest message of each type. Packets are decoded when they are asked for: of the hundreds in a second a
+    scenario looks at few."""
+
+    def __init__(self, decode: Callable[[bytearray], Any]) -> None:
+        self._decode = decode
+        self._packets: dict[int, bytes] = {}
+
+    def take(self, number: int, packet: bytes) -> None:
+        """The newest packet of that message id."""
+        self._packets[number] = packet
+
+    def get(self, kind: str) -> Any:
+        """The message, None where none of that type has come."""
+        packet = self._packets.get(_IDS[kind])
+        return None if packet is None else self._decode(bytearray(packet))
+
+    def __getitem__(self, kind: str) -> Any:
+        """The message. Raises KeyError where none of that type has come."""
+        return self._decode(bytearray(self._packets[_IDS[kind]]))
+
+    def drop(self, kind: str) -> None:
+        """Forget the message, to wait for the next."""
+        self._packets.pop(_IDS[kind], None)
+
+
 class GroundStation:
     """`last`: newest message of each type; `texts`: all STATUSTEXTs, `heard_s` when each came; `acks`, `reached`:
     results and items so far. `fences`: (when, corners as north and east of home in m) of the areas to stay in that it
-    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent."""
+    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent. `hears`: ids of
+    messages that `_take` gets besides, for classes made of this one."""
+
+    hears: frozenset[int] = frozenset()
 
     def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
         """`system`: its own id; `vessel`: the boat's id."""
         self.rig = rig
         self.vessel = vessel
-        self.last: dict[str, Any] = {}
         self.texts: list[str] = []
         self.heard_s: list[float] = []
         self.acks: list[Any] = []
@@ -52,7 +86,8 @@ class GroundStation:
         self._requests: list[Any] = []
         self._mission_ack: Any = None
         self._codec = mavlink.MAVLink(None, srcSystem=system, srcComponent=190)
-        self._codec.robust_parsing = True
+        self.last = Newest(self._codec.decode)
+        self._rest = b""  # a packet of which the end has not come
 
     def send(self, message: Any) -> None:
         """Send a message."""
@@ -67,13 +102,28 @@ class GroundStation:
         for message in self.streamed():
             self.send(message)
         self.rig.step()
-        data = self.rig.receive()
-        for message in self._codec.parse_buffer(data) or () if data else ():
-            self._take(message)
+        for number, packet in self._packets(self._rest + self.rig.receive()):
+            self.last.take(number, packet)
+            if number in _TAKEN or number in self.hears:
+                self._take(self._codec.decode(bytearray(packet)))
+
+    def _packets(self, data: bytes) -> Iterator[tuple[int, bytes]]:
+        """The packets that are whole, with their message ids; bytes that begin none are skipped."""
+        at, size = 0, len(data)
+        while at + 2 < size:
+            if (around := _MARKS.get(data[at])) is None:
+                at += 1
+                continue
+            second = data[at] == 0xFD
+            end = at + around + data[at + 1] + (_SIGNATURE_BYTES if second and data[at + 2] & _SIGNED else 0)
+            if end > size:
+                break
+            yield int.from_bytes(data[at + 7 : at + 10], "little") if second else data[at + 5], data[at:end]
+            at = end
+        self._rest = data[at:]
 
     def _take(self, message: Any) -> None:
         kind = message.get_type()
-        self.last[kind] = message
         if kind == "STATUSTEXT":
             self.texts.append(message.text)
             self.heard_s.append(self.rig.now_s)
@@ -118,7 +168,7 @@ class GroundStation:
 
     def set_parameter(self, name: str, value: float) -> None:
         """Send PARAM_SET and wait for its echo. Raises GroundStationTimeout where none comes."""
-        self.last.pop("PARAM_VALUE", None)
+        self.last.drop("PARAM_VALUE")
         self.send(
             mavlink.MAVLink_param_set_message(self.vessel, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
         )
@@ -126,7 +176,7 @@ class GroundStation:
 
     def parameter(self, name: str) -> float:
         """The value of a parameter, asked for by PARAM_REQUEST_READ. Raises GroundStationTimeout where none comes."""
-        self.last.pop("PARAM_VALUE", None)
+        self.last.drop("PARAM_VALUE")
         self.send(mavlink.MAVLink_param_request_read_message(self.vessel, 1, name.encode(), -1))
         self.wait(name, lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
         return float(self.last["PARAM_VALUE"].param_value)

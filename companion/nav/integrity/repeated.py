@@ -41,8 +41,8 @@ class _Watch:
             self.has_moved = False
             if motion is not None:
                 self.from_north, self.from_east = motion
-        for axis, step in zip(self.axes, steps, strict=True):
-            axis.update(step)
+        self.axes[0].update(steps[0])
+        self.axes[1].update(steps[1])
 
     def moved(self, motion: Axes | None) -> bool:
         """Whether the boat has moved by more than the resolution since the run began, be it there and back. None:

@@ -23,7 +23,7 @@ _LATER: Mapping[type, tuple[str, ...]] = {ThrusterFeedback: ("current_a",)}  # w
 def packed(codec: Codec, reading: Any) -> bytes:
     """The values of a line, before base64."""
     parts = [
-        struct.pack(f"<{column.code}", value)
+        struct.pack(f"<{column.code}", math.nan if value is None else value)
         for column, value in zip(codec.numbers, codec.values(reading), strict=True)
         if column.name not in _LATER.get(type(reading), ()) or getattr(reading, column.name) is not None
     ]

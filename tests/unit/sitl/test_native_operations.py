@@ -7,7 +7,7 @@ import math
 import random
 import subprocess
 import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import reduce
 from operator import xor
 from typing import Any
@@ -151,9 +151,35 @@ def test_texts(library: Any) -> None:
     for x in _numbers(100):
         for text in _TEXTS:
             assert library.formatted(x, text) == format(x, text)
+    for decimals, x in _ties(300):
+        assert library.formatted(x, f".{decimals}f") == format(x, f".{decimals}f")
     for whole in (0, 1, 7, 10, 99, 123, 123456789, -3):
         for text in ("02d", "07d", "02X", "04X", "d", "5d", "+d"):
             assert library.formatted_int(whole, text) == format(whole, text)
+
+
+def _ties(count: int) -> Iterator[tuple[int, float]]:
+    """Decimals, and numbers halfway between two of that many decimals or as near to that as a float can be; and the
+    ends of what the quick way takes."""
+    rng = random.Random(3)
+    for _ in range(count):
+        decimals = rng.randint(1, 9)
+        halfway = rng.choice([rng.randint(-(2**20), 2**20) / 2 ** rng.randint(1, 12), rng.gauss(0.0, 1e4)])
+        near = (math.floor(halfway * 10**decimals) + 0.5) / 10**decimals
+        for x in (halfway, near, math.nextafter(near, 0.0), math.nextafter(near, math.inf)):
+            yield decimals, x
+        for x in (8e9, 1e-30, 5e-324, 0.0):
+            yield decimals, rng.choice([-1.0, 1.0]) * math.nextafter(x, rng.choice([0.0, math.inf]))
+
+
+@pytest.mark.parametrize("ten", [10.0**power for power in range(-6, 9)])
+def test_seven_digits_near_a_power_of_ten(library: Any, ten: float) -> None:
+    rng, packer = random.Random(1), Packer(b"\x0a\x03imu", "ds", 1)
+    for _ in range(400):
+        exact = ctypes.c_float(ten * rng.choice([1.0, 1.0 + rng.gauss(0.0, 1e-7), rng.uniform(0.9, 1.1)])).value
+        for x in (float(f"{exact:.7g}"), exact, -float(f"{exact:.7g}")):
+            rows: list[Any] = [(0.0, x)]
+            assert library.narrowed(packer, rows, 0) == narrowed(packer, rows, 0)
 
 
 def test_items_of_flat_views(library: Any) -> None:
@@ -209,7 +235,7 @@ def test_bytes(library: Any) -> None:
 def _value(rng: random.Random, form: str, tick_us: int) -> Any:
     """A number that the form mostly holds."""
     if rng.random() < 0.02:
-        return rng.choice([math.nan, math.inf, -math.inf, 1e300, 0.1, -0.0, 3])
+        return rng.choice([None, math.nan, math.inf, -math.inf, 1e300, 0.1, -0.0, 3])
     if form == "u":
         return (tick_us - rng.randint(-200_000, 3_000_000)) / 1e6
     if form == "q":

@@ -165,11 +165,28 @@ def test_a_slice_that_does_something_is_refused(bound: str) -> None:
 def test_an_object_without_its_init_is_refused() -> None:
     with pytest.raises(ValueError, match="line 1: an object made by __new__"):
         prepared("area = Area.__new__(Area)\n")
+    with pytest.raises(ValueError, match="line 1: an object made by __new__"):
+        prepared("member = int.__new__(cls, number)\n")
+
+
+def test_kinds_of_a_value_are_a_tuple() -> None:
+    assert (
+        prepared("found = isinstance(value, Fix | core.Heading)\n")
+        == "found = isinstance(value, (Fix, core.Heading))\n"
+    )
+    for text in ("found = isinstance(value, KINDS)\n", "found = isinstance(value, Fix | None)\n"):
+        assert prepared(text) == text
 
 
 def test_a_class_variable_of_a_dataclass_is_refused() -> None:
     with pytest.raises(ValueError, match="line 3: a ClassVar"):
         prepared("@dataclass\nclass Point:\n    kind: ClassVar[int] = 1\n")
+
+
+def test_a_dataclass_keeps_the_hash_of_its_own() -> None:
+    text = "@dataclass(frozen=True)\nclass Point:\n    x: int\n"
+    assert "unsafe_hash" in prepared(text)
+    assert "unsafe_hash" not in prepared(text + "\n    def __hash__(self) -> int:\n        return 1\n")
 
 
 def test_a_generic_dataclass_is_refused() -> None:

@@ -16,7 +16,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 from companion.core.decision import Status, TextKind
 from companion.core.tick import DeviceHealth, Tick
@@ -29,10 +29,12 @@ from companion.io.mavlink.wire.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.wire.guard import RADIO_STATUS
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
 from companion.io.mavlink.wire.links import PEER_TIMEOUT_S, Link
-from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, Persona
+from companion.io.mavlink.wire.log_outlet import LogOutlet, Tap
+from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.proof import Proof
 from companion.io.mavlink.wire.repeats import AGAIN_S, Repeats
 from companion.io.mavlink.wire.router import Router
+from companion.io.mavlink.wire.service_kinds import AnsweringService, ClosingService
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
 from companion.loop import Vessel
 from companion.supervisor.authority import AuthorityRequest
@@ -66,25 +68,6 @@ class Service(Protocol):
         ...
 
 
-@runtime_checkable
-class AnsweringService(Protocol):
-    """A service that owes answers to requests whose work is done beside the control thread."""
-
-    def answer(self, now_s: float) -> None:
-        """Answer what is done."""
-        ...
-
-
-@runtime_checkable
-class ClosingService(Protocol):
-    """A service that holds resources to release."""
-
-    def close(self) -> None:
-        """Release what the service holds."""
-        ...
-
-
-Tap = Callable[[Sequence[bytes]], None]
 Ear = Callable[[str, str, float, bytes], None]
 
 
@@ -141,25 +124,6 @@ class TelemetryFace(Protocol):
         ...
 
 
-class _LogOutlet(Endpoint):
-    """The log, as an endpoint that never answers. Each flush gives the packets since the last one to the tap."""
-
-    def __init__(self, tap: Tap) -> None:
-        super().__init__("log", DEFAULT_PERSONA, lambda data, now_s: len(data))
-        self._tap = tap
-        self._packets: list[bytes] = []
-
-    def send_bytes(self, data: bytes) -> None:
-        """Keep a packet for the next flush."""
-        self._packets.append(data)
-
-    def flush(self, now_s: float) -> None:
-        """Give the kept packets to the tap."""
-        if self._packets:
-            packets, self._packets = self._packets, []
-            self._tap(packets)
-
-
 class Hub:
     """Implements `core.ports.GroundStationPort`. Remembers which systems are ground stations, and when each endpoint
     last heard one."""
@@ -195,7 +159,7 @@ class Hub:
         share = max(_LEAST_SHARE, _MOST_MESSAGES // max(1, len(self._links)))
         self._share = sys.maxsize if vessel.waker is None else share
         self._router = Router((self.system, COMPONENT), patience)
-        self._log = None if copies.tap is None else _LogOutlet(copies.tap)
+        self._log = None if copies.tap is None else LogOutlet(copies.tap)
         self._ear = copies.ear
         self._stations: set[int] = set()
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
