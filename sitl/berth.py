@@ -8,8 +8,8 @@ from companion.config.vessel import DockConfig, HomeConfig
 from companion.core.geodesy import LocalFrame
 from sitl.hull import Hull
 
-_STIFFNESS_NPM = 4000.0  # stiffness of the fenders at one corner
-_DAMPING_NSPM = 500.0
+STIFFNESS_NPM = 4000.0  # stiffness of the fenders at one corner
+DAMPING_NSPM = 500.0
 _LENGTH_M = 10.0  # length of the line of fenders
 _DEPTH_M = 1.0  # a corner further in than this is on another side of the quay
 _SIDE_RAD = {"port": -0.5 * math.pi, "starboard": 0.5 * math.pi, "bow": 0.0, "stern": math.pi}
@@ -55,7 +55,7 @@ class BerthModel:
                 continue
             arm_m = x * normal_y - y * normal_x
             opening_mps = hull.north_mps * nn + hull.east_mps * ne + arm_m * hull.yaw_rate_radps
-            corner_n = max(0.0, -_STIFFNESS_NPM * gap_m - _DAMPING_NSPM * opening_mps)
+            corner_n = max(0.0, -STIFFNESS_NPM * gap_m - DAMPING_NSPM * opening_mps)
             force_n += corner_n
             moment_nm += arm_m * corner_n
         self.force_n = force_n

@@ -24,6 +24,7 @@ from companion.core.events import EventLog
 from companion.core.setpoint import PathSetpoint, Point, Setpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
 from companion.following.clearance import closes_too_fast
+from companion.following.keeping_up import KeepingUp
 from companion.following.law import FollowLaw, FollowMotion
 from companion.guidance.coasting import Coasting
 from companion.modes.mode import Mode
@@ -99,6 +100,7 @@ class FollowMode(Mode):
         self._thesis = ThesisFollowing(config, parameters)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._headway = Headway("Follow", events)
+        self._keeping_up = KeepingUp(events)
         self._held: tuple[float, float] | None = None
         self._waiting = False
         self._standing_by = False
@@ -258,10 +260,12 @@ class FollowMode(Mode):
         return replace(setpoint, progress=progress)
 
     def _make_way(self, motion: FollowMotion, nav: NavState, inputs: ModeInputs) -> None:
-        """Watch the headway along the requested course, unless the boat should stand still."""
+        """Watch the headway along the requested course, unless the boat should stand still, and whether it keeps up."""
+        along = nav.north_mps * math.cos(motion.course_rad) + nav.east_mps * math.sin(motion.course_rad)
+        if not motion.evading:
+            self._keeping_up.update(motion.off_m, motion.speed_mps, along, inputs.now_s)
         if motion.speed_mps < _MAKING_WAY_MPS:
             self._headway.reset()
             return
-        along = nav.north_mps * math.cos(motion.course_rad) + nav.east_mps * math.sin(motion.course_rad)
         self._way_m += along * inputs.dt_s
         self._headway.update(self._way_m, motion.speed_mps, inputs.now_s)

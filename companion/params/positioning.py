@@ -190,6 +190,15 @@ ROWS: tuple[ParamSpec, ...] = (
         "Motion by waves (rms) above which docking is aborted while lining up",
     ),
     real(
+        "DOCK_SEA_MAX",
+        1.0,
+        0.1,
+        100.0,
+        "",
+        "Docking",
+        "Force of the waves (rms) over the push that is left, above which the boat waits off the berth",
+    ),
+    real(
         "DOCK_TIMEOUT",
         120.0,
         10.0,

@@ -2,7 +2,8 @@
 
 In a sea, waves move the hull to and fro. Where keeping it from that takes more force than the boat pushes with, no law
 keeps the fenders pressed all the time: then it is judged that each wave brings the boat back to them, and that it lies
-there in the mean.
+there in the mean. A boat may also find the waves too strong for its push. Then it must say so and stand off, and it is
+judged that the waves are, and that it stays clear of the berth.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
+from sitl.berth import DAMPING_NSPM, STIFFNESS_NPM
 from sitl.scenarios.boat import sideways
-from sitl.scenarios.ground_station import GroundStation
+from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check, Track, between, means, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings
 from sitl.sea import Sea
@@ -23,33 +25,43 @@ from sitl.sea import Sea
 _DOCK = 0x06040000
 _TIMEOUT_S = 400.0
 _HOLD_S = 32.0
-_FREE_S = 20.0  # before the first touch, in which the waves' motion is measured
+_FREE_S = 40.0  # before the first touch, in which the waves' motion is measured: as long as it is judged
 _WAVE_S = 2.0  # longer than the waves that move such a boat; slower motion is its own
 _MOST_SIGMAS = 2.33  # one wave in a hundred asks for more, with the RMS force as sigma
+_CORNERS = 2  # that a hull alongside presses into the fenders
+_CLEAR_M = 1.0
+_TOO_STRONG = 0.3  # least force of the waves for which a boat may stand off, over its limit: its weaker side, less wind
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Choose Dock and arm; wait until the boat announces that it is docked, then half a minute more."""
+    """Choose Dock and arm; wait until the boat announces that it is docked, or in a sea that the waves are too strong;
+    then half a minute more."""
     gcs.ready()
     gcs.set_mode(_DOCK)
     gcs.arm()
     from_s = gcs.rig.now_s
-    gcs.wait("docked", lambda: any(text.startswith("Docked") for text in gcs.texts), _TIMEOUT_S)
+    ends = ("Docked", "Docking given up")
+    gcs.wait("docked", lambda: any(text.startswith(ends) for text in gcs.texts), _TIMEOUT_S)
     docked_s = gcs.rig.now_s
-    gcs.sail(_HOLD_S)
-    dock = gcs.rig.config.dock
-    assert dock is not None
-    inertia_kg = gcs.rig.config.hull.m22_kg
     sea = isinstance(gcs.rig.world.waves, Sea)
+    given_up = next((text for text in gcs.texts if text.startswith("Docking given up")), "")
+    if given_up and not (sea and "waves" in given_up):
+        raise GroundStationTimeout(given_up)
+    gcs.sail(_HOLD_S)
+    config = gcs.rig.config
+    dock = config.dock
+    assert dock is not None
     return {
         "from_s": from_s, "docked_s": docked_s, "to_s": gcs.rig.now_s, "yaw_rad": dock.yaw_rad,
-        "inertia_kg": inertia_kg, "sea": sea,
+        "inertia_kg": config.hull.m22_kg, "sea": sea, "stands_off": bool(given_up), "most_n": config.limits.sway_n,
     }  # fmt: skip
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    """Speeds at contact, rebound, and how it holds against the berth."""
+    """Speeds at contact, rebound, and how it holds against the berth; or how it stands off."""
     track = between(read_truth(folder), asked["from_s"], asked["to_s"])
+    if asked["stands_off"]:
+        return _off_the_berth(track, asked)
     first = next((i for i, row in enumerate(track) if not math.isnan(row["contact_sway_mps"])), len(track) - 1)
     alongside = track[first:]
     held = between(track, asked["docked_s"])
@@ -69,33 +81,67 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         Check("sway speed at contact", metrics["contact_sway_mps"], 0.08, "m/s"),
         Check("it does not bounce", metrics["rebound_m"], 0.05, "m"),
         Check("time held against the berth", held[-1]["t_s"] - held[0]["t_s"], 30.0, "s", at_least=True),
-        *_kept(metrics),
+        *_kept(metrics, asked["inertia_kg"]),
     )
 
 
+def _off_the_berth(track: Track, asked: dict[str, Any]) -> tuple[dict[str, float], Sequence[Check]]:
+    """A boat that has found the waves too strong."""
+    waited = between(track, asked["docked_s"] - _FREE_S)
+    metrics = {
+        **_waves(waited, asked["inertia_kg"]),
+        "least_gap_m": min(row["contact_gap_m"] for row in track),
+        "stood_off": 1.0,
+        "time_s": asked["docked_s"] - asked["from_s"],
+    }
+    return metrics, (
+        Check("force of the waves (rms)", metrics["wave_n"], _TOO_STRONG * asked["most_n"], "N", at_least=True),
+        Check("least distance from the fenders", metrics["least_gap_m"], _CLEAR_M, "m", at_least=True),
+    )  # fmt: skip
+
+
 def _in_sea(free: Track, held: Track, inertia_kg: float) -> dict[str, float]:
-    """RMS of the waves' motion sideways before the first touch, the force that would keep the hull from it, the
-    boat's own speed sideways at that touch, and how it lies against the fenders without that motion."""
+    """The waves' motion before the first touch, the boat's own speed sideways at that touch, and how it lies against
+    the fenders without that motion."""
     free = between(free, free[-1]["t_s"] - _FREE_S)
-    step_s = (free[-1]["t_s"] - free[0]["t_s"]) / (len(free) - 1)
-    width = round(_WAVE_S / step_s)
-    speeds = [row["sway_mps"] for row in free]
-    slow = means(speeds, width)
-    waves = [speed - mean for speed, mean in zip(speeds[width // 2 :], slow, strict=False)]
-    pushes = [inertia_kg * (b - a) / step_s for a, b in pairwise(waves)]
+    width = _wave_rows(free)
     touched = [float(row["contact_n"] > 0.0) for row in held]
     return {
-        "contact_own_mps": abs(slow[-1]),
-        "wave_mps": rms(waves),
-        "wave_n": rms(pushes),
+        **_waves(free, inertia_kg),
+        "contact_own_mps": abs(means([row["sway_mps"] for row in free], width)[-1]),
         "touched_share": sum(share > 0.0 for share in means(touched, width)) / (len(touched) - width + 1),
         "held_gap_m": max(means([row["contact_gap_m"] for row in held], width)),
+        "stood_off": 0.0,
     }
 
 
-def _kept(metrics: dict[str, float]) -> tuple[Check, ...]:
+def _waves(free: Track, inertia_kg: float) -> dict[str, float]:
+    """RMS of the waves' motion sideways, and of the force that would keep the hull from it."""
+    width, step_s = _wave_rows(free), _step_s(free)
+    speeds = [row["sway_mps"] for row in free]
+    waves = [speed - mean for speed, mean in zip(speeds[width // 2 :], means(speeds, width), strict=False)]
+    pushes = [inertia_kg * (b - a) / step_s for a, b in pairwise(waves)]
+    return {"wave_mps": rms(waves), "wave_n": rms(pushes)}
+
+
+def _step_s(track: Track) -> float:
+    return float(track[-1]["t_s"] - track[0]["t_s"]) / (len(track) - 1)
+
+
+def _wave_rows(track: Track) -> int:
+    return round(_WAVE_S / _step_s(track))
+
+
+def _fender_gain(inertia_kg: float) -> float:
+    """Force between hull and fenders over the force that would keep the hull from the waves' motion, for waves at the
+    fenders' own frequency: they are a spring and a damper, and a sea has waves of all frequencies near its own."""
+    damping = _CORNERS * DAMPING_NSPM / (2.0 * math.sqrt(_CORNERS * STIFFNESS_NPM * inertia_kg))
+    return math.hypot(1.0, 2.0 * damping) / (2.0 * damping)
+
+
+def _kept(metrics: dict[str, float], inertia_kg: float) -> tuple[Check, ...]:
     """What must hold of the time against the berth."""
-    if _MOST_SIGMAS * metrics.get("wave_n", 0.0) <= metrics["held_force_mean_n"]:
+    if _MOST_SIGMAS * _fender_gain(inertia_kg) * metrics.get("wave_n", 0.0) <= metrics["held_force_mean_n"]:
         return (Check("share of that time in contact", metrics["held_share"], 0.99, "", at_least=True),)
     return (
         Check(f"share of all {_WAVE_S:g} s with a contact", metrics["touched_share"], 0.99, "", at_least=True),

@@ -1,5 +1,5 @@
-"""Station keeping in a sea state, beam on or bow on: what waves take of accuracy and thrust, and where the boat loses
-its place."""
+"""Station keeping in a sea state, on either beam or bow on: what waves take of accuracy and thrust, and where the boat
+loses its place."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def _from_rad(settings: Settings) -> float:
 def _yaw_rad(settings: Settings) -> float:
     """The heading that is held. Raises ScenarioError."""
     from_rad = _from_rad(settings)
-    turned = {"beam": -0.5 * math.pi, "bow": 0.0}.get(settings["heading"])
+    turned = {"beam": -0.5 * math.pi, "port": 0.5 * math.pi, "bow": 0.0}.get(settings["heading"])
     if turned is None:
-        raise ScenarioError(f"heading={settings['heading']}: beam or bow")
+        raise ScenarioError(f"heading={settings['heading']}: beam (from starboard), port (from there) or bow")
     return wrap_pi(from_rad + turned)
 
 

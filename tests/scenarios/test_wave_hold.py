@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from companion.cli.rig import LockstepRig
 from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
 from docs.generate.wave_balance import FROM_BEAM, mean_drift, static_height_m
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run
 
 
@@ -29,8 +32,17 @@ def test_the_thrusters_carry_the_mean_drift(tmp_path: Path) -> None:
 def test_a_sea_that_makes_no_sense_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="so steep they break"):
         sail(tmp_path, 1, waves="0.5@90/1")
-    with pytest.raises(ScenarioError, match="beam or bow"):
+    with pytest.raises(ScenarioError, match="or bow"):
         sail(tmp_path, 1, heading="abeam")
+
+
+@pytest.mark.parametrize(("heading", "from_deg"), [("beam", 90.0), ("port", -90.0), ("bow", 0.0)])
+def test_the_sea_comes_from_the_side_that_is_asked_for(heading: str, from_deg: float) -> None:
+    scenario = SCENARIOS["wave_hold"]
+    assert scenario.prepare is not None
+    settings = {**scenario.defaults, "waves": "0.1@70", "heading": heading}
+    start = scenario.prepare(Conditions("revolt"), settings).start
+    assert start is not None and math.degrees(wrap_pi(math.radians(70.0) - start[2])) == pytest.approx(from_deg)
 
 
 @pytest.mark.sweep

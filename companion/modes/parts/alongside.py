@@ -14,6 +14,7 @@ from companion.modes.parts.berth import Berth
 
 _SMOOTH_S = 2.0
 _MEAN_S = 20.0
+_SEA_S = 60.0
 
 
 class Alongside:
@@ -21,7 +22,8 @@ class Alongside:
     `*_now_*` are smoothed over 2 s.
 
     `scatter_mps` is the rms of the velocity that smoothing removes; it is near 0 in calm water. `mean_n` is the mean
-    force. Both cover up to 20 s since `settle()`; `settled_s` is the time since then.
+    force. Both cover up to 20 s since `settle()`; `settled_s` is the time since then. `shaken_mps2` is the rms
+    acceleration towards the berth, over up to 60 s: groups of waves come and go. Little but waves makes it large.
     """
 
     def __init__(self) -> None:
@@ -31,7 +33,7 @@ class Alongside:
             self.push_n
         ) = 0.0
         self.off_now_m = self.along_now_m = self.turned_now_rad = self.closing_now_mps = 0.0
-        self.scatter_mps = self.mean_n = self.settled_s = 0.0
+        self.scatter_mps = self.shaken_mps2 = self.mean_n = self.settled_s = 0.0
 
     def start(self, berth: Berth) -> None:
         """Measure relative to another berth from the next update on."""
@@ -39,8 +41,8 @@ class Alongside:
         self.settle()
 
     def settle(self) -> None:
-        """Restart the averages of force and scatter."""
-        self.mean_n = self.scatter_mps = self.settled_s = 0.0
+        """Restart the averages of force, scatter and acceleration."""
+        self.mean_n = self.scatter_mps = self.shaken_mps2 = self.settled_s = 0.0
 
     def update(self, inputs: ModeInputs) -> None:
         """Update the smoothed motion with this tick's state."""
@@ -48,6 +50,7 @@ class Alongside:
         off_m, along_m = berth.place(nav.north_m, nav.east_m)
         closing_mps, sliding_mps = berth.resolved(nav.north_mps, nav.east_mps)
         push_n = pushing_n(berth, inputs)
+        gained_mps = closing_mps - self.closing_now_mps
         self.off_now_m, self.along_now_m, self.closing_now_mps = off_m, along_m, closing_mps
         turned_rad = self.turned_now_rad = wrap_pi(nav.yaw_rad - berth.yaw_rad)
         if not self._begun:
@@ -75,6 +78,8 @@ class Alongside:
         rest_mps = math.hypot(closing_mps - self.closing_mps, sliding_mps - self.sliding_mps)
         self.scatter_mps = math.sqrt((1.0 - share) * self.scatter_mps**2 + share * rest_mps * rest_mps)
         self.mean_n += share * (push_n - self.mean_n)
+        share = dt_s / min(self.settled_s, _SEA_S)
+        self.shaken_mps2 = math.sqrt((1.0 - share) * self.shaken_mps2**2 + share * (gained_mps / dt_s) ** 2)
 
 
 def pushing_n(berth: Berth, inputs: ModeInputs) -> float:

@@ -3,6 +3,10 @@
 All decisions use the smoothed motion (`alongside.py`), without the waves. Docking is given up when the boat strays, is
 stopped short, or runs out of time or accuracy. It is also given up at the standoff point if wind and current leave too
 little thrust for gusts.
+
+A boat that is pushed against its fenders stays there while the push outweighs the force of the waves; otherwise the
+waves throw it off, and no law can change that. So the boat measures that force, waits at the standoff point while it is
+larger than the push that is left, and then pushes so much harder.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from companion.positioning.hold_point import HoldPoint
 
 _BEYOND_M = 0.6  # distance of the reference's target beyond the expected berth
 _BERTH_TOLERANCE_M = 0.4  # contact further than this from the expected berth is an obstacle
-_STALLED_SHARE = 0.35  # share of DOCK_SPEED below which the boat counts as stopped
+_STALLED_SHARE = 0.35  # share of the speed of approach below which the boat counts as stopped
 _STALL_S = 0.8  # time stopped at the berth that counts as contact
 _OBSTACLE_S = 5.0  # time stopped short of the berth that counts as an obstacle
 _STALL_LAG_M = 0.03  # least distance of the reference ahead of a stopped boat
@@ -34,7 +38,10 @@ _QUIET_MPS, _QUIET_RADPS = 0.03, math.radians(1.0)
 _SEA_SHARE = 0.3  # share of the waves' motion that smoothing leaves
 _SETTLE_S = 10.0  # time at the standoff point until the mean force shows wind and current
 _MOST_TAKEN = 0.75  # share of thrust that wind and current may take; gusts take a third more
-_CALM_MPS, _SEA_PUSH_S = 0.02, 4.0  # scatter that counts as waves; time in which the push undoes their motion
+_CALM_MPS2 = 0.015  # acceleration by gusts and thrusters in flat water
+_SLOWER = 0.4  # share of DOCK_SPEED that the boat is slower in waves of as much force as the push that is left
+_SEA_GROWN = 1.5  # waves that have grown so much over DOCK_SEA_MAX on the way end the approach
+_LEAST_LEFT_N = 0.1
 _GUSTS = 0.5  # extra push for gusts, as a share of the force of wind and current
 _PRESS_RADPS = 0.2  # bandwidth of the pushing force
 _DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind the contact
@@ -57,8 +64,9 @@ class Docking:
     """Call `start(berth, inputs)`, then `update(inputs)` every tick → Setpoint. Each phase is announced as an event.
 
     Remembers the phase and its start, how long its end condition has lasted, and the smoothed motion. Remembers too the
-    force of wind and current, the largest thrust each way, the place of contact and the depth of the reference. Needs
-    the achieved wrench and the failed thrusters in `inputs`.
+    force of wind and current, that of the waves before contact, whether the boat waits for them, the speed of approach,
+    the largest thrust each way, the place of contact and the depth of the reference. Needs the achieved wrench and the
+    failed thrusters in `inputs`.
     """
 
     def __init__(
@@ -74,10 +82,11 @@ class Docking:
         self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
         self._way: list[tuple[float, float, float]] = []
         self._clearing = False
-        self._free_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
+        self._speed_mps = self._free_n = self._sea_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
         self._phase = DockingPhase.GO
         self._since_s = 0.0
         self._left_s: float | None = None
+        self._waits = False
         self._good_s: float | None = None  # when the condition that the phase waits for began to hold
 
     @property
@@ -120,7 +129,7 @@ class Docking:
         self._motion.start(berth)
         self._look_up_most(berth.towards)
         off_m, along_m = berth.place(nav.north_m, nav.east_m)
-        self._free_n = 0.0
+        self._free_n = self._sea_n = 0.0
         aligned = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
         if abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned:
             self._press(off_m, 0.0, inputs)
@@ -162,22 +171,24 @@ class Docking:
                 self._go_on(inputs, fresh=False)
             else:
                 self._motion.settle()
+                self._waits = False
                 self._enter(DockingPhase.ALIGN, inputs.now_s, "Dock: lining up with the berth")
         return setpoint
 
     def _align(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
-        if (
-            self._lasts(self._is_aligned(), inputs.now_s, self._parameters["DOCK_ALIGN_T"])
-            and self._motion.settled_s >= _SETTLE_S
-        ):
-            self._enter(
-                DockingPhase.APPROACH,
-                inputs.now_s,
-                f"Dock: coming alongside at {self._parameters['DOCK_SPEED']:.2f} m/s",
-            )
+        settled = self._motion.settled_s >= _SETTLE_S
+        rough = settled and self._sea_share(self._motion.mean_n) > self._parameters["DOCK_SEA_MAX"]
+        if rough and not self._waits:
+            self._waits = True
+            text = f"Dock: waits off, {self._sea_text(self._motion.mean_n)}"
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "dock_waits", text)
+        ready = self._lasts(self._is_aligned() and not rough, inputs.now_s, self._parameters["DOCK_ALIGN_T"])
+        if ready and settled:
             self._free_n = self._motion.mean_n
             self._come_alongside(inputs, fresh=False)
+            text = f"Dock: coming alongside at {self._speed_mps:.2f} m/s"
+            self._enter(DockingPhase.APPROACH, inputs.now_s, text)
         return setpoint
 
     def _is_aligned(self) -> bool:
@@ -194,16 +205,22 @@ class Docking:
 
     def _come_alongside(self, inputs: ModeInputs, fresh: bool) -> None:
         pose = self._berth.pose(-_BEYOND_M)
-        self._hold_point.go_to(inputs.nav, *pose, self._parameters["DOCK_SPEED"], fresh=fresh, sideways=True)
+        self._speed_mps = self._slowed_mps()
+        self._hold_point.go_to(inputs.nav, *pose, self._speed_mps, fresh=fresh, sideways=True)
+
+    def _slowed_mps(self) -> float:
+        """DOCK_SPEED, less in waves, whose own speed adds to it at contact."""
+        return self._parameters["DOCK_SPEED"] * (1.0 - _SLOWER * min(1.0, self._sea_share(self._free_n)))
 
     def _approach(self, inputs: ModeInputs) -> Setpoint:
         motion, off_m = self._motion, self._motion.off_now_m
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
         lag_m = motion.off_m - self._off_m(setpoint)
         resisted = motion.push_n - self._free_n > _STALL_SHARE_OF_PUSH * self._parameters["DOCK_PUSH_N"]
-        stopped = motion.closing_mps < _STALLED_SHARE * self._parameters["DOCK_SPEED"] and lag_m > _STALL_LAG_M
-        if min(motion.closing_mps, motion.closing_now_mps) >= _STALLED_SHARE * self._parameters["DOCK_SPEED"]:
+        stopped = motion.closing_mps < _STALLED_SHARE * self._speed_mps and lag_m > _STALL_LAG_M
+        if min(motion.closing_mps, motion.closing_now_mps) >= _STALLED_SHARE * self._speed_mps:
             self._free_n += (pushing_n(self._berth, inputs) - self._free_n) * inputs.dt_s / _FREE_S
+            self._sea_n = self._wave_n()
         at_berth = off_m < _BERTH_TOLERANCE_M
         if self._lasts(stopped and resisted, inputs.now_s, _STALL_S if at_berth else _OBSTACLE_S):
             if at_berth:
@@ -214,6 +231,7 @@ class Docking:
 
     def _press(self, off_m: float, lag_m: float, inputs: ModeInputs) -> None:
         """React to contact: keep the reference at its present depth beyond the boat, and start to push."""
+        self._motion.settle()
         self._contact_m, self._depth_m = off_m, min(_DEEPEST_M, max(_FURTHEST_M, lag_m))
         self._yaw_rad = self._berth.yaw_rad
         self._enter(
@@ -240,10 +258,8 @@ class Docking:
         return PoseSetpoint(north_m, east_m, wrap_pi(self._yaw_rad), progress=progress)
 
     def _wanted_n(self) -> float:
-        """The force to push with, N: against wind, current and gusts, against the waves' motion, plus DOCK_PUSH_N."""
-        back_n = (
-            self._inertia_kg() * self._motion.scatter_mps / _SEA_PUSH_S if self._motion.scatter_mps > _CALM_MPS else 0.0
-        )
+        """The force to push with, N: against wind, current and gusts, against the waves, plus DOCK_PUSH_N."""
+        back_n = max(self._sea_n, self._wave_n())
         wanted_n = (1.0 + _GUSTS) * max(0.0, self._free_n) + back_n + self._parameters["DOCK_PUSH_N"]
         return min(wanted_n, self._most_n[self._berth.towards][0])
 
@@ -279,6 +295,8 @@ class Docking:
         if nav.position_accuracy_m > parameters["DOCK_POS_ACC"]:
             return f"position known to {nav.position_accuracy_m:.2f} m only"
         if inputs.now_s - self._since_s > parameters["DOCK_TIMEOUT"]:
+            if phase is DockingPhase.ALIGN and self._waits:
+                return self._sea_text(self._motion.mean_n)
             what = "lining up" if phase is DockingPhase.ALIGN else "coming alongside"
             return f"{what} took more than {parameters['DOCK_TIMEOUT']:.0f} s"
         return self._strays() if phase is DockingPhase.APPROACH else self._overpowered()
@@ -302,6 +320,8 @@ class Docking:
             return f"{abs(motion.along_now_m):.2f} m off the line"
         if abs(motion.turned_rad) > math.radians(parameters["DOCK_YAW_MAX"]):
             return f"heading {math.degrees(abs(motion.turned_now_rad)):.0f} deg off"
+        if self._sea_share(self._free_n) > _SEA_GROWN * parameters["DOCK_SEA_MAX"]:
+            return self._sea_text(self._free_n)
         if motion.off_m < -_BERTH_TOLERANCE_M:
             return f"no berth {-motion.off_m:.1f} m beyond where it should be"
         return None
@@ -342,6 +362,21 @@ class Docking:
         if towards not in self._most_n:
             x, y = towards
             self._most_n[towards] = most_n(self._config, x, y), most_n(self._config, -x, -y)
+
+    def _wave_n(self) -> float:
+        """The rms force that would keep the boat from moving with the waves towards the berth and away from it, N."""
+        return self._inertia_kg() * math.sqrt(max(0.0, self._motion.shaken_mps2**2 - _CALM_MPS2**2))
+
+    def _left_n(self, taken_n: float) -> float:
+        """The push that is left where wind and current take `taken_n`, N. What they add counts for nothing: it ends."""
+        return max(_LEAST_LEFT_N, self._most_n[self._berth.towards][0] - max(0.0, taken_n))
+
+    def _sea_share(self, taken_n: float) -> float:
+        """The force of the waves as a share of the push that is left."""
+        return self._wave_n() / self._left_n(taken_n)
+
+    def _sea_text(self, taken_n: float) -> str:
+        return f"waves {self._wave_n():.0f} N, push left {self._left_n(taken_n):.0f} N"
 
     def _inertia_kg(self) -> float:
         return self._config.hull.m22_kg if self._berth.towards[0] == 0.0 else self._config.hull.m11_kg

@@ -126,6 +126,7 @@ def test_a_boat_that_cannot_make_way_is_said_to_be_stuck(boat: Boat) -> None:
     boat.pinned = True
     lead.run(90.0)
     assert "no_headway" in boat.names()
+    assert any(text.startswith("Follow: cannot keep up") for text in boat.texts())
 
 
 def test_time_to_collision_counts_only_the_boats_own_way_towards_the_leader() -> None:

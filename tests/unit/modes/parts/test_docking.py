@@ -19,6 +19,7 @@ from tests.unit.conftest import Boat
 
 STIFFNESS_NPM = 40.0
 STANDOFF_M = 2.0
+WAVE_S = 1.5
 
 
 class Quay:
@@ -345,24 +346,84 @@ def test_wind_that_takes_most_of_the_thrust(boat: Boat, quay: Quay, free_n: floa
     assert "dock_approach" not in boat.names()
 
 
-def rocked(boat: Boat, speed_mps: float) -> None:
-    """Waves under the boat, of 1.5 s: across the berth and along it."""
+def rocked(boat: Boat, speed_mps: float) -> Callable[[], None]:
+    """Waves under the boat, of 1.5 s: across the berth and along it. Returns what ends them."""
     follow = boat.obey
 
     def rock(setpoint: Any) -> None:
         follow(setpoint)
-        swing = speed_mps * math.sin(2.0 * math.pi * boat.now_s / 1.5)
+        swing = speed_mps * math.sin(2.0 * math.pi * boat.now_s / WAVE_S)
         nav = boat.nav
         boat.nav = replace(nav, north_mps=nav.north_mps + swing)
 
+    def end() -> None:
+        boat.obey = follow
+
     boat.obey = rock
+    return end
+
+
+def wave_force_n(boat: Boat, speed_mps: float) -> float:
+    """RMS of the force that would keep the boat from the waves of `rocked`, across a berth at -40 degrees, without
+    what flat water has."""
+    across_mps2 = math.sin(math.radians(40.0)) * speed_mps * 2.0 * math.pi / WAVE_S / math.sqrt(2.0)
+    return boat.config.hull.m22_kg * math.sqrt(across_mps2**2 - 0.015**2)
 
 
 def test_waves_do_not_keep_it_from_docking(boat: Boat, quay: Quay) -> None:
-    rocked(boat, 0.1)
+    """It pushes harder by the force that they have, and is still docked when the push has the better of them."""
+    speed_mps = 0.01
+    rocked(boat, speed_mps)
     dock(boat)
     boat.until(said(boat, "dock_docked"), 300.0)
-    assert "dock_aborted" not in boat.names()
+    boat.step(60.0)
+    assert not {"dock_waits", "dock_aborted"} & set(boat.names())
+    assert quay.force_n == pytest.approx(boat.parameters["DOCK_PUSH_N"] + wave_force_n(boat, speed_mps), abs=0.5)
+
+
+def test_it_waits_off_the_berth_while_the_waves_have_more_force_than_the_push_that_is_left(
+    boat: Boat, quay: Quay
+) -> None:
+    calm = rocked(boat, 0.03)
+    dock(boat)
+    boat.until(said(boat, "dock_waits"))
+    text = f"Dock: waits off, waves {wave_force_n(boat, 0.03):.0f} N, push left 15 N"
+    assert text in boat.texts()
+    boat.step(30.0)
+    assert quay.off_m == pytest.approx(STANDOFF_M, abs=0.1) and "dock_approach" not in boat.names()
+    calm()
+    boat.until(said(boat, "dock_docked"), 300.0)
+
+
+def test_waves_make_it_come_alongside_more_slowly(boat: Boat, quay: Quay) -> None:
+    boat.parameters.set("DOCK_SPEED", 0.1)
+    rocked(boat, 0.02)
+    dock(boat)
+    boat.until(said(boat, "dock_push"), 300.0)
+    assert "Dock: coming alongside at 0.07 m/s" in boat.texts()
+
+
+def test_waves_that_stay_too_strong_end_it(boat: Boat, quay: Quay) -> None:
+    rocked(boat, 0.03)
+    dock(boat)
+    boat.until(said(boat, "dock_clear"), 300.0)
+    assert any(text.startswith("Docking given up: waves") for text in boat.texts())
+    assert "dock_approach" not in boat.names()
+
+
+def test_the_operator_may_accept_such_waves(boat: Boat, quay: Quay) -> None:
+    boat.parameters.set("DOCK_SEA_MAX", 100.0)
+    rocked(boat, 0.03)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"), 300.0)
+
+
+def test_waves_that_grow_on_the_way_end_it(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    rocked(boat, 0.1)
+    boat.until(said(boat, "dock_aborted"))
+    assert any(text.startswith("Docking given up: waves") for text in boat.texts()) and quay.off_m > 0.5
 
 
 def test_waves_beyond_the_limit_do(boat: Boat, quay: Quay) -> None:
