@@ -191,7 +191,7 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real(
         "DOCK_SEA_MAX",
-        1.0,
+        1.7,
         0.1,
         100.0,
         "",
