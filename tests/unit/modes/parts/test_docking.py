@@ -381,14 +381,15 @@ def test_waves_do_not_keep_it_from_docking(boat: Boat, quay: Quay) -> None:
     assert quay.force_n == pytest.approx(boat.parameters["DOCK_PUSH_N"] + wave_force_n(boat, speed_mps), abs=0.5)
 
 
-def test_it_waits_off_the_berth_while_the_waves_have_more_force_than_the_push_that_is_left(
+def test_it_waits_off_the_berth_while_the_waves_have_far_more_force_than_the_push_that_is_left(
     boat: Boat, quay: Quay
 ) -> None:
-    calm = rocked(boat, 0.03)
+    calm = rocked(boat, 0.05)
     dock(boat)
     boat.until(said(boat, "dock_waits"))
-    text = f"Dock: waits off, waves {wave_force_n(boat, 0.03):.0f} N, push left 15 N"
-    assert text in boat.texts()
+    text = next(text for text in boat.texts() if text.startswith("Dock: waits off, waves "))
+    assert text.endswith(" N, push left 15 N")
+    assert float(text.split()[4]) == pytest.approx(wave_force_n(boat, 0.05), abs=1.0)
     boat.step(30.0)
     assert quay.off_m == pytest.approx(STANDOFF_M, abs=0.1) and "dock_approach" not in boat.names()
     calm()
@@ -404,7 +405,7 @@ def test_waves_make_it_come_alongside_more_slowly(boat: Boat, quay: Quay) -> Non
 
 
 def test_waves_that_stay_too_strong_end_it(boat: Boat, quay: Quay) -> None:
-    rocked(boat, 0.03)
+    rocked(boat, 0.05)
     dock(boat)
     boat.until(said(boat, "dock_clear"), 300.0)
     assert any(text.startswith("Docking given up: waves") for text in boat.texts())
@@ -413,7 +414,7 @@ def test_waves_that_stay_too_strong_end_it(boat: Boat, quay: Quay) -> None:
 
 def test_the_operator_may_accept_such_waves(boat: Boat, quay: Quay) -> None:
     boat.parameters.set("DOCK_SEA_MAX", 100.0)
-    rocked(boat, 0.03)
+    rocked(boat, 0.05)
     dock(boat)
     boat.until(said(boat, "dock_docked"), 300.0)
 
