@@ -40,7 +40,7 @@ def heard(port_socket: socket.socket, kind: str) -> bool:
     [
         (
             ("run", "revlot", "--sitl"),
-            "no vessel named 'revlot'; bundled: aboat, blueboat, cybership2, heron, otter, rescuerunner, revolt, wamv16",
+            "no vessel named 'revlot'; bundled: aboat, blueboat, cybership2, heron, otter, rescuerunner, revolt, sailbot, wamv16",
         ),
         (("run", "no/such.toml"), "no such file"),
         (("run", "revolt", "--sitl", "--home", "north"), "write LAT,LON,HEADING_DEG"),
