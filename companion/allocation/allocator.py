@@ -13,6 +13,7 @@ from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
+from companion.core.estimate import Air, NavState
 from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
@@ -62,6 +63,9 @@ class _AllocatorBase:
         """Turn the azimuth of thruster `index` no faster from now on."""
         if 0 <= index < len(self._thrusters):
             self._thrusters[index].azimuth_rate_radps = rate_radps
+
+    def feel(self, air: Air | None, nav: NavState) -> None:
+        """Take the wind over ground and the boat's motion. They have no effect on these thrusters."""
 
     def neutral(self) -> Allocation:
         """Set all forces to zero; azimuths stay where they are."""

@@ -13,6 +13,7 @@ from companion.allocation.jet_curve import JetCurve
 from companion.allocation.steered import SteeredAllocator
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import Air, NavState
 from companion.params.store import Parameters
 
 _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
@@ -31,6 +32,9 @@ class JetAllocator(SteeredAllocator):
         super().__init__(config, parameters)
         self._curve = JetCurve(self._thruster)
         self._throttle = 0.0
+
+    def feel(self, air: Air | None, nav: NavState) -> None:
+        """No effect."""
 
     def neutral(self) -> Allocation:
         """Stop the impeller; the nozzle stays where it is."""

@@ -13,6 +13,7 @@ from companion.allocation.steered import SteeredAllocator
 from companion.allocation.thrust_curve import ThrustCurve
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import Air, NavState
 from companion.params.store import Parameters
 
 _WORTH_SHARE = 0.08  # of the moment at rest with the thrust for steering: a smaller one is not worth thrust of its own
@@ -31,6 +32,9 @@ class RudderAllocator(SteeredAllocator):
         self._blade, self._curve = RudderCurve(self._thruster), ThrustCurve(self._thruster)
         self._thrust_n = 0.0
         self._brakes = False
+
+    def feel(self, air: Air | None, nav: NavState) -> None:
+        """No effect."""
 
     def neutral(self) -> Allocation:
         """Stop the propeller; the blade stays where it is."""

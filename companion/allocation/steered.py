@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import Air, NavState
 from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
@@ -39,6 +40,10 @@ class SteeredAllocator(ABC):
         """Turn the nozzle or rudder (index 0) no faster from now on."""
         if index == 0:
             self._rate_radps = rate_radps
+
+    @abstractmethod
+    def feel(self, air: Air | None, nav: NavState) -> None:
+        """Take the wind over ground (None: as before) and the boat's motion."""
 
     def direct(
         self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0

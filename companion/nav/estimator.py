@@ -21,8 +21,6 @@ from companion.core.readings import (
     Imu,
     MagneticField,
     Reading,
-    TimeOfDay,
-    Wind,
 )
 from companion.nav.accuracies import SensorAccuracies
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
@@ -44,8 +42,9 @@ from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
 from companion.nav.reading_queue import ReadingQueue
 from companion.nav.receiver_latency import ReceiverLatency
+from companion.nav.side_readings import SideReadings
 from companion.nav.solution import Motion, Place
-from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
+from companion.nav.sources import GradeWatch, SourceSelector, plausible
 from companion.nav.validity import Validity
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
@@ -53,7 +52,6 @@ from companion.params.store import Parameters
 _FAR_FROM_HOME_M = 50_000.0
 _UNCONFIRMED_S = 0.5  # shorter than the gates take to follow the receivers to where the estimate has gone
 _IMU_TIMEOUT_S = 0.5
-_WIND_TIMEOUT_S = 2.0
 _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
@@ -92,7 +90,7 @@ class Estimator:
         self._search = HeadingSearch()
         self._ahrs = ahrs_headings(config, parameters, self._corrections, baseline_ahrs)
         self._mounting = Mounting(config, parameters)
-        self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
+        self._velocities = SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._receivers = ReceiverLatency()
         self._latencies_s = {row.name: row.latency_s for row in config.sensors}
@@ -112,8 +110,7 @@ class Estimator:
         self._pairs = antenna_pairs(config.sensors)
         self._fix_types: dict[str, FixType] = {}  # of each receiver
         self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
-        self._time = AbsoluteTime()
-        self._wind = TrueWind(_WIND_TIMEOUT_S)
+        self._side = SideReadings(timeouts_s, self._witness)
         self._fix: GnssFix | None = None
         self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
         self._altitude = Altitude(config.home.altitude_m)
@@ -141,7 +138,7 @@ class Estimator:
         motion = self._motion(now_s)
         if thrust is not None and self._is_lost(motion, now_s):
             motion = self._begin_anew(motion, now_s)
-        self._side_readings(readings, motion)
+        self._side.take(readings, motion, self._pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
         driven = thrust is not None and self._pose.started
         used = self._imus.current
@@ -228,7 +225,7 @@ class Estimator:
             "velocity": self._velocities.current,
             "heading": self._headings.used,
             "inertial": self._imus.current,
-            "wind": self._winds.current,
+            "wind": self._side.wind_source,
         }
 
     def _watch_latency(self) -> None:
@@ -315,7 +312,7 @@ class Estimator:
     def _take_field(self, field: MagneticField) -> None:
         ahrs = self._ahrs.get(field.source) if self._witness.field(field) else None
         declination = (
-            self._headings.declination(*self._place(), self._time.at_ns(field.t_s)) if ahrs is not None else None
+            self._headings.declination(*self._place(), self._side.time_ns(field.t_s)) if ahrs is not None else None
         )
         if ahrs is not None and declination is not None:
             ahrs.field(field, declination, self._mounting.compass(field.source))
@@ -531,7 +528,7 @@ class Estimator:
 
     def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
         """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
-        measured = self._headings.measured(reading, *self._place(), self._time.at_ns(reading.t_s))
+        measured = self._headings.measured(reading, *self._place(), self._side.time_ns(reading.t_s))
         if measured is None:
             return
         inertial = self._inertial
@@ -567,27 +564,13 @@ class Estimator:
     def _aid_by_model(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         """Let the hull model learn from the motion, and carry the velocity on where nothing measures it."""
         usable = self._pose.started and self._pose.oriented and not self._model.is_impossible(motion)
-        air = air_of(*self._wind.at(now_s))
+        air = air_of(*self._side.wind(now_s))
         self._model.observe(now_s, thrust, motion if usable else None, air, self._validity)
         solution = self._solution()
         if isinstance(solution, InertialSolution):
             aid = self._model.velocity(now_s, motion, self._validity)
             if aid is not None:
                 solution.aid(*aid)
-
-    def _side_readings(self, readings: Sequence[Reading], motion: Motion) -> None:
-        """Take the readings that do not affect the motion: time of day and wind."""
-        for reading in readings:
-            if type(reading) is TimeOfDay:
-                if self._witness.time(reading):
-                    self._time.update(reading.t_s, reading.time_unix_ns)
-            elif type(reading) is Wind and self._pose.oriented:
-                self._take_wind(reading, motion)
-
-    def _take_wind(self, wind: Wind, motion: Motion) -> None:
-        if self._winds.offer(wind.source, wind.t_s, self._witness.wind(wind)):
-            yaw, (north, east, _) = motion.attitude[2], motion.velocity
-            self._wind.update(wind.t_s, wind.speed_mps, wind.from_rad, yaw, north, east)
 
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
@@ -613,7 +596,7 @@ class Estimator:
         by_gyro = isinstance(self._solution(), InertialSolution)
         fix = self._fix
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, self._parameters["FS_POS_T"])
-        wind_speed, wind_from = self._wind.at(now_s)
+        wind_speed, wind_from = self._side.wind(now_s)
         observer = self._model.current
         current = (None if observer is None else observer.estimate(now_s)) or (None, None, None)
         return NavState(
@@ -645,7 +628,7 @@ class Estimator:
             fix=fix.fix if heard and fix is not None else FixType.NONE,
             satellites=fix.satellites if heard and fix is not None else None,
             hdop=fix.hdop if heard and fix is not None else None,
-            time_unix_ns=self._time.at_ns(now_s),
+            time_unix_ns=self._side.time_ns(now_s),
             wind_speed_mps=wind_speed,
             wind_from_rad=wind_from,
             current_north_mps=current[0],

@@ -1,5 +1,4 @@
-"""Choice of readings: plausible ones, of the source in use. Also absolute time and true wind, which do not affect the
-motion estimate."""
+"""Choice of readings: plausible ones, of the source in use."""
 
 from __future__ import annotations
 
@@ -115,59 +114,3 @@ class GradeWatch:
             self._since_s = t_s
         self._grade, self._sigma_m = grade, sigma_m
         return added_m2
-
-
-class AbsoluteTime:
-    """`TimeOfDay` of a receiver → absolute time of any moment.
-
-    Remembers the offset between both clocks, in whole nanoseconds. It follows each new offset by a tenth of the
-    difference; by all of it from one second on.
-    """
-
-    _JUMP_NS = 1_000_000_000
-
-    def __init__(self) -> None:
-        self._offset_ns: int | None = None
-
-    def update(self, t_s: float, time_unix_ns: int) -> None:
-        """Take the absolute time at vessel time `t_s`."""
-        offset = time_unix_ns - round(t_s * 1e9)
-        if self._offset_ns is None or abs(offset - self._offset_ns) >= self._JUMP_NS:
-            self._offset_ns = offset
-        else:
-            self._offset_ns += (offset - self._offset_ns) // 10
-
-    def at_ns(self, now_s: float) -> int | None:
-        """Absolute time at `now_s` in ns since 1970; None until a receiver gives one."""
-        return None if self._offset_ns is None else self._offset_ns + round(now_s * 1e9)
-
-
-class TrueWind:
-    """Apparent wind and the boat's motion → true wind, low-pass filtered over 1 s. Remembers the filtered vector
-    (NED, the direction that it blows to)."""
-
-    _TIME_S = 1.0
-
-    def __init__(self, timeout_s: float) -> None:
-        self._timeout_s = timeout_s
-        self._last_s = -math.inf
-        self._north = self._east = 0.0
-
-    def update(
-        self, t_s: float, speed_mps: float, from_rad: float, yaw_rad: float, north_mps: float, east_mps: float
-    ) -> None:
-        """Take an apparent wind (`core.readings.Wind`), with the boat's heading and velocity over ground."""
-        towards = yaw_rad + from_rad + math.pi
-        north = speed_mps * math.cos(towards) + north_mps
-        east = speed_mps * math.sin(towards) + east_mps
-        stale = t_s - self._last_s > self._timeout_s
-        share = 1.0 if stale else 1.0 - math.exp(-max(t_s - self._last_s, 0.0) / self._TIME_S)
-        self._north += share * (north - self._north)
-        self._east += share * (east - self._east)
-        self._last_s = t_s
-
-    def at(self, now_s: float) -> tuple[float | None, float | None]:
-        """(speed_mps, from_rad) of the true wind; (None, None) if the sensor has timed out."""
-        if now_s - self._last_s > self._timeout_s:
-            return None, None
-        return math.hypot(self._north, self._east), math.atan2(-self._east, -self._north)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.config.vessel import bundled
 from tests.docs.pages import ROOT, anchors, generated, label, links, spans, written
 
 _OUR_FILE = re.compile(r"(?:companion|sitl|gcs_plugins|tests|mission_files|docs)/[\w./-]*\w\.\w+")
@@ -35,6 +36,11 @@ def test_every_file_of_ours_that_is_named_exists(path: Path) -> None:
     made = {page.relative_to(ROOT).as_posix() for page in generated()}
     missing = [name for name in named if not (ROOT / name).exists() and name not in made]
     assert not missing, f"{label(path)}: {', '.join(missing)}"
+
+
+def test_the_readme_names_every_bundled_vessel() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert not [name for name in bundled() if f"`{name}`" not in text]
 
 
 def test_the_readme_is_short() -> None:

@@ -1,13 +1,11 @@
-"""Choice of sources, grades of fix, absolute time and true wind."""
+"""Choice of sources and grades of fix."""
 
 from __future__ import annotations
-
-import math
 
 import pytest
 
 from companion.core.readings import FixType
-from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind
+from companion.nav.sources import GradeWatch, SourceSelector
 
 
 def test_first_in_the_file_is_used_and_returns_only_after_a_while() -> None:
@@ -78,27 +76,3 @@ def test_variance_is_added_when_a_better_fix_type_takes_over() -> None:
     assert watch.update(20.0, FixType.RTK_FIXED, 0.03) == 1.0
     assert watch.update(20.1, FixType.DGPS, 1.0) == 0.0  # falling: the good position is not forgotten
     assert watch.update(20.2, FixType.RTK_FIXED, 0.03) == pytest.approx(0.01)  # it was worse for 0.1 of 10 s
-
-
-def test_absolute_time_is_exact_and_smooths_the_arrival() -> None:
-    time = AbsoluteTime()
-    assert time.at_ns(0.0) is None
-    time.update(10.0, 1_763_726_400_000_000_000)
-    assert time.at_ns(12.5) == 1_763_726_402_500_000_000
-    time.update(11.05, 1_763_726_401_000_000_000)  # came 50 ms late: a tenth of it is taken over
-    assert time.at_ns(12.0) == 1_763_726_402_000_000_000 - 5_000_000
-    time.update(20.0, 1_763_800_000_000_000_000)
-    assert time.at_ns(20.0) == 1_763_800_000_000_000_000
-
-
-def test_true_wind() -> None:
-    """A boat going north at 2 m/s in 5 m/s of wind from the east feels (2 from ahead, 5 from starboard)."""
-    wind = TrueWind(2.0)
-    apparent, angle = math.hypot(2.0, 5.0), math.atan2(5.0, 2.0)
-    wind.update(1.0, apparent, angle, 0.0, 2.0, 0.0)
-    speed, direction = wind.at(1.1)
-    assert speed == pytest.approx(5.0)
-    assert direction == pytest.approx(math.radians(90.0))
-    wind.update(1.1, apparent, angle - math.radians(30.0), math.radians(30.0), 2.0, 0.0)
-    assert wind.at(1.1) == pytest.approx((5.0, math.radians(90.0)))
-    assert wind.at(3.2) == (None, None)
