@@ -46,11 +46,6 @@ def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
     return any(t.min_n < 0.0 or t.turns_round for t in thrusters)
 
 
-def has_sail(thrusters: Sequence[ThrusterConfig]) -> bool:
-    """Whether the boat is driven by a sail."""
-    return any(thruster.kind == "sail" for thruster in thrusters)
-
-
 def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:
     """Whether the boat turns without way. A rudder and the nozzle of a jet steer by their own stream, which goes ahead
     only."""

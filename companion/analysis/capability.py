@@ -58,7 +58,7 @@ def capability(
     if config.thrusters[0].kind == "rudder":
         text = "a rudder turns the boat only in flow, so there is no wind that it holds against without moving"
         raise ConfigError([f"{config.name}: {text}"])
-    if config.thrusters[0].kind == "sail":
+    if config.has_sail:
         raise ConfigError([f"{config.name}: a sail needs the wind: the speed polar is in the page on sailing"])
     if config.windage.lateral_m2 <= 0.0 or config.windage.frontal_m2 <= 0.0:
         raise ConfigError([f"{config.name}: [windage] gives no areas, so no wind pushes it; add them"])

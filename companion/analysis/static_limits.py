@@ -60,7 +60,7 @@ class StaticLimits:
 
 def static_limits(config: VesselConfig) -> StaticLimits | None:
     """The limits of a vessel; None where its file has no windage, and for a sail, which the wind drives."""
-    if config.thrusters[0].kind == "sail" or config.windage.lateral_m2 <= 0.0 or config.windage.frontal_m2 <= 0.0:
+    if config.has_sail or config.windage.lateral_m2 <= 0.0 or config.windage.frontal_m2 <= 0.0:
         return None
 
     def windy(wind_mps: float, from_rad: float) -> Wrench:

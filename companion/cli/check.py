@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from companion.allocation.propulsion import has_sail
 from companion.analysis.static_limits import lines, static_limits, weakness
 from companion.app import load_vessel
 from companion.cli.common import print_warnings
@@ -47,7 +46,7 @@ def _check(arguments: argparse.Namespace) -> int:
 def _print_limits(config: VesselConfig) -> None:
     """What it holds in the mean by its file, and what is weak."""
     found = static_limits(config)
-    if has_sail(config.thrusters):
+    if config.has_sail:
         return
     if found is None:
         print("note: windage: no wind areas, so that nobody knows which wind the boat holds against")

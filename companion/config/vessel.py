@@ -282,6 +282,11 @@ class VesselConfig:
         means("Simulated boat. Without this table it is the controller's own hull, with the receiver of the sensors."),
     ] = None
 
+    @property
+    def has_sail(self) -> bool:
+        """Whether a sail drives the boat."""
+        return any(thruster.kind == "sail" for thruster in self.thrusters)
+
 
 class NavigatedBoat(Protocol):
     """What navigation needs of a boat: a vessel, or a lead boat with a module aboard."""

@@ -37,7 +37,7 @@ class YawLoop:
         self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
         self.steers_at(self._configured_radps)
         self._may_stall = _may_stall(config)
-        self._sails = config.thrusters[0].kind == "sail"
+        self._sails = config.has_sail
         self._parameters = parameters
 
     def steers_at(self, rate_radps: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.propulsion import can_reverse, has_sail
+from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband
 from companion.core.angles import wrap_pi
@@ -58,7 +58,7 @@ class HoldMode(Mode):
         self._landing = False
         if config.limits.sway_n > 0.0:
             self._text = self.declaration.text
-        elif has_sail(config.thrusters):
+        elif config.has_sail:
             self._text = "Sails to and fro across the wind inside a watch circle; no heading"
         elif not can_reverse(config.thrusters):
             self._text = (

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from companion.allocation.propulsion import can_reverse, has_sail, turns_on_the_spot
+from companion.allocation.propulsion import can_reverse, turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.reference_choice import ChosenReference
 from companion.config.top_speed import top_speed_mps
@@ -181,7 +181,7 @@ class HoldPoint:
             self._can_sway,
             top_speed_mps(config),
             turning=turning_of(config, turns_on_the_spot(config.thrusters)),
-            sails=has_sail(config.thrusters),
+            sails=config.has_sail,
         )
         self._way_m: float | None = None
         self._transit: _Transit | None = None
@@ -196,7 +196,7 @@ class HoldPoint:
         if config.limits.sway_n > 0.0:
             keeper = PoseKeeper(parameters, fence)
             return keeper, keeper
-        if has_sail(config.thrusters):
+        if config.has_sail:
             sailing = SailKeeper(parameters)
             return sailing, sailing
         drifting = DriftKeeper(config, parameters)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from companion.allocation.propulsion import has_sail, keeps_straight, lost_motions
+from companion.allocation.propulsion import keeps_straight, lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, Outcome
@@ -266,4 +266,4 @@ class SupervisorParts:
 
 def _sailor(config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> Sailor | None:
     """Who steers a boat with a sail; None for another boat."""
-    return Sailor(config, parameters, events.say, fence.may_move_to) if has_sail(config.thrusters) else None
+    return Sailor(config, parameters, events.say, fence.may_move_to) if config.has_sail else None

@@ -175,11 +175,6 @@ def _contact(name: str, voyage: Voyage) -> Margin | None:
 # --- control -------------------------------------------------------------------------------------------------------
 
 
-def _sails(voyage: Voyage) -> bool:
-    """Whether the boat has a sail: it holds by sailing about its point."""
-    return any(thruster.kind == "sail" for thruster in voyage.config.thrusters)
-
-
 def _headway(name: str, voyage: Voyage) -> Margin | None:
     """Under way: how far the boat gets within a minute, while it has no reason to wait."""
     rows, least_m = round(_WINDOW_S / voyage.period_s), _SLOWEST_SHARE * top_speed_mps(voyage.config) * _WINDOW_S
@@ -205,7 +200,7 @@ def _circling(name: str, voyage: Voyage) -> Margin | None:
     """Turns of the bow to one side within a minute, in modes that steer by themselves along no circle."""
     rows = round(_WINDOW_S / voyage.period_s)
     found: list[tuple[float, float]] = []
-    for first, after in voyage.stretches(*(_UNDER_WAY if _sails(voyage) else _SELF_STEERED)):
+    for first, after in voyage.stretches(*(_UNDER_WAY if voyage.config.has_sail else _SELF_STEERED)):
         yaw, t_s = voyage.yaw_rad[first:after], voyage.t_s[first:after]
         span = min(rows, len(yaw) - 1)
         if span > 0:
@@ -232,7 +227,7 @@ def _disarmed(name: str, voyage: Voyage) -> Margin | None:
 def _drive_off(name: str, voyage: Voyage) -> Margin | None:
     """Distance from the point that Hold keeps, once it has settled."""
     limit_m = max(_LEAST_RADIUS_M, _LENGTHS * voyage.config.length_m)
-    if _sails(voyage):
+    if voyage.config.has_sail:
         limit_m = voyage.parameters["DP_ALARM_R"]
     settled = round(_SETTLED_S / voyage.period_s)
     found: list[tuple[float, float]] = []

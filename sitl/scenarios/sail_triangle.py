@@ -27,7 +27,7 @@ _TACK_RAD = math.radians(10.0)  # off the wind on the other side: the boat has g
 
 def under_sail(config: VesselConfig) -> str | None:
     """It must have a sail."""
-    if any(thruster.kind == "sail" for thruster in config.thrusters):
+    if config.has_sail:
         return None
     return "it needs a sail, and this boat has none"
 

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from companion.allocation.propulsion import has_sail
 from companion.baselines.waypoints import thesis_legs
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
@@ -232,7 +231,7 @@ class MissionTerms:
 
     @property
     def _sails(self) -> bool:
-        return has_sail(self.config.thrusters)
+        return self.config.has_sail
 
     @property
     def _can_sway(self) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
-from companion.allocation.propulsion import has_sail, turns_on_the_spot
+from companion.allocation.propulsion import turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -69,7 +69,7 @@ class RouteSailing:
         submit = fence.submit_urgent
         agility = agility_of(config)
         turning = turning_of(config, turns_on_the_spot(config.thrusters))
-        top_mps, sails = top_speed_mps(config), has_sail(config.thrusters)
+        top_mps, sails = top_speed_mps(config), config.has_sail
         self._ahead = ChosenPathTracker(parameters, can_sway, top_mps, agility, submit, turning=turning, sails=sails)
         self._sternward = self._ahead
         self.astern_mps = stern_first_mps(config)

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from companion.allocation.propulsion import has_sail
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, TextKind
 from companion.core.estimate import Contact
@@ -112,7 +111,7 @@ class TrialMode(Mode):
         """Refuse a boat without way astern, a circle that is too small, and one that leaves the fence."""
         if self._config.thrusters[0].kind == "jet":
             return "a jet has no way astern"
-        if has_sail(self._config.thrusters):
+        if self._config.has_sail:
             return "a sail has no way astern"
         if not inputs.nav.position_valid:
             return None
