@@ -33,6 +33,12 @@ class Ticket:
         """Whether it is on the medium."""
         return self.state is Stored.DURABLE
 
+    @property
+    def failed(self) -> bool:
+        """Whether the last attempt failed. The writer may settle the ticket between two questions: neither pending nor
+        durable does not mean failed."""
+        return self.state is Stored.FAILED
+
 
 def durable() -> Ticket:
     """The ticket of what needs no storing."""

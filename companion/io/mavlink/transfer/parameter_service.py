@@ -18,7 +18,7 @@ from enum import IntEnum
 from typing import Any
 
 from companion.core.decision import TextKind
-from companion.core.storing import Stored, Ticket
+from companion.core.storing import Ticket
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import pack
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
@@ -114,7 +114,7 @@ class ParameterService:
         stored = [name for name, change in self._changes.items() if change.ticket.durable]
         for name in stored[: int(LIST_BURST)]:
             self._send_to_all(name)
-        failed = [name for name, change in self._changes.items() if not change.ticket.pending and change.askers]
+        failed = [name for name, change in self._changes.items() if change.ticket.failed and change.askers]
         for name in failed[: int(LIST_BURST)]:
             self._tell_not_stored(name, now_s)
 
@@ -171,7 +171,7 @@ class ParameterService:
             change.askers.append(peer)
         if change.ticket.durable:
             self._send_to_all(name)
-        elif not change.ticket.pending:
+        elif change.ticket.failed:
             self._tell_not_stored(name, now_s)
 
     def _note_changes(self) -> None:
@@ -181,7 +181,7 @@ class ParameterService:
             self._changes.setdefault(name, _Change(ticket)).ticket = ticket
         self._touched.clear()
         for change in self._changes.values():
-            if change.ticket.state is Stored.FAILED:
+            if change.ticket.failed:
                 change.ticket = ticket
 
     def _tell_not_stored(self, name: str, now_s: float) -> None:

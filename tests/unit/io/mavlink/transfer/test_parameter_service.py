@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from companion.core.storing import Stored
+from companion.core.storing import Stored, Ticket
 from companion.io.mavlink.transfer.parameter_service import ParameterService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
@@ -311,6 +311,31 @@ def test_what_cannot_be_stored_is_told_to_who_asked_and_acknowledged_later(desk:
     assert slow.answers() == [], "told once"
     slow.storage.tickets[0].state = Stored.DURABLE
     assert {message.id for _, message in slow.answers()} == {VALUE}
+
+
+class SettledBetween(Ticket):
+    """A ticket that the writer's thread settles between two questions about it."""
+
+    __slots__ = ("questions",)
+
+    @property
+    def state(self) -> Stored:
+        self.questions -= 1
+        return Stored.PENDING if self.questions >= 0 else Stored.DURABLE
+
+    @state.setter
+    def state(self, state: Stored) -> None:
+        self.questions = 0
+
+
+@pytest.mark.parametrize("questions", range(8))
+def test_a_value_that_is_stored_between_two_questions_has_not_failed(desk: Desk, questions: int) -> None:
+    slow, ticket = Slow(desk), SettledBetween()
+    slow.storage.parameters = lambda: ticket  # type: ignore[method-assign]
+    ticket.questions = questions
+    slow.set(0.75)
+    heard = [desk.heard() + slow.answers() for _ in range(8)]
+    assert desk.texts() == [] and {message.id for answers in heard for _, message in answers} == {VALUE}
 
 
 def test_a_later_change_that_is_stored_acknowledges_the_one_that_was_not(desk: Desk) -> None:
