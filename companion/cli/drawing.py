@@ -153,7 +153,7 @@ def _lines(sign: str, thruster: ThrusterConfig) -> list[str]:
     turns = "" if not thruster.turns else ", turns" if rudder is None else ", rudder behind it"
     lines = [
         f"{sign}  {thruster.name}: {place(thruster.x_m, thruster.y_m)}; "
-        f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
+        f"{thruster.max_n:g} N ahead, {abs(thruster.min_n):g} N astern{turns}"
     ]
     if rudder is not None:
         blade = f"{rudder.span_m:g} m high, {rudder.chord_m:g} m wide"

@@ -109,7 +109,11 @@ QUESTIONS: tuple[Question, ...] = (
     Question("draft_m", "Depth below the water, m (- if unknown)", _known_or_number, lambda known: None),
     Question("top_speed_mps", "Top speed, m/s (- if unknown)", _known_or_number, lambda known: None),
     Question("layout", f"Thrusters:{_choices(LAYOUTS)}which", _one_of(LAYOUTS), lambda known: "twin"),
-    Question("motor", "Motor of each thruster (T200, trolling 55 lb …), or its largest thrust in N", _motor),
+    Question(
+        "motor",
+        "Motor of each thruster (T200, trolling 55 lb …), or its largest thrust in N; of a jet its pull in N",
+        _motor,
+    ),
     Question(
         "voltage_v",
         "Voltage at the motor, V (- if unknown)",
@@ -119,10 +123,10 @@ QUESTIONS: tuple[Question, ...] = (
     ),
     Question(
         "spread_m",
-        "Distance between the two stern thrusters, m",
+        "Distance from the port to the starboard thrusters, m",
         _number,
         lambda known: round(known["beam_m"] - (known.get("hull_beam_m") or 0.3 * known["beam_m"]), 3),
-        lambda known: str(known["layout"]).startswith("twin"),
+        lambda known: known["layout"] in ("twin", "twin-bow", "vectored"),
     ),
     Question(
         "rudder_span_m",
@@ -137,6 +141,13 @@ QUESTIONS: tuple[Question, ...] = (
         _known_or_number,
         lambda known: None,
         lambda known: known["layout"] == "rudder",
+    ),
+    Question(
+        "nozzle_m",
+        "Inner diameter of the jet's nozzle, m (- if unknown)",
+        _known_or_number,
+        lambda known: None,
+        lambda known: known["layout"] == "jet",
     ),
     Question(
         "board", f"What drives the motors:{_choices(BOARDS)}which", _one_of(BOARDS), lambda known: "microcontroller"
@@ -192,12 +203,19 @@ def summary(config: VesselConfig) -> list[str]:
         if figure.key in _INERTIA:
             low, high = figure.value / figure.factor, figure.value * figure.factor
             what, unit = _INERTIA[figure.key]
-            lines.append(f"{what:{_WIDTH}} {figure.value:.3g} {unit} ({low:.3g} to {high:.3g})")
+            value, least, most = map(_three_digits, (figure.value, low, high))
+            lines.append(f"{what:{_WIDTH}} {value} {unit} ({least} to {most})")
     lines.append(f"{'top speed':{_WIDTH}} {top_speed_mps(config.hull, config.limits.surge_n):.1f} m/s")
     limits = config.limits
-    thrust = f"{limits.surge_n:.3g} N ahead, {limits.sway_n:.3g} N sideways, {limits.yaw_nm:.3g} Nm of turning"
+    ahead, sideways, turning = map(_three_digits, (limits.surge_n, limits.sway_n, limits.yaw_nm))
+    thrust = f"{ahead} N ahead, {sideways} N sideways, {turning} Nm of turning"
     lines.append(f"{'largest thrust':{_WIDTH}} {thrust}")
     return lines + [f"note: {found}" for found in judgements(config)]
+
+
+def _three_digits(value: float) -> str:
+    """Three digits, without an exponent."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+
+from companion.config.dimensions.form import WATER_KGPM3
 
 LAYOUTS: Mapping[str, str] = {
     "twin": "two fixed thrusters at the stern",
     "twin-bow": "two fixed thrusters at the stern and one across the bow",
+    "vectored": "four fixed thrusters at the corners that push diagonally",
     "azimuth": "one thruster at the stern that turns, such as an outboard",
+    "azimuth-bow": "one at the stern that turns to either side, such as a trolling motor, and one across the bow",
     "two-azimuths": "a turning thruster at either end",
     "rudder": "one fixed propeller at the stern with a rudder behind it",
+    "jet": "a water jet at the stern with a steered nozzle",
 }
 BOARDS: Mapping[str, str] = {"microcontroller": "an Arduino or another board", "pixhawk": "a Pixhawk with ArduPilot"}
 RECEIVERS: Mapping[str, str] = {"one": "one antenna", "two": "two antennas, which give the heading"}
@@ -39,6 +45,7 @@ class Answers:
     lon_deg: float
     rudder_span_m: float | None = None
     rudder_chord_m: float | None = None
+    nozzle_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +69,7 @@ def _lines(a: Answers) -> Iterator[str]:
     yield f'title = "{_escaped(a.title)}"'
     yield f"length_m = {a.length_m:g}{_comment('over all')}"
     yield f"beam_m = {a.beam_m:g}{_comment('over all')}"
-    yield "control_rate_hz = 10.0"
+    yield f"control_rate_hz = {20.0 if a.layout == 'jet' else 10.0}"
     yield 'links = ["udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760"]'
     yield ""
     yield "[home]                      # where the boat lives; simulations start here"
@@ -89,12 +96,21 @@ def _lines(a: Answers) -> Iterator[str]:
 
 def _places(a: Answers) -> list[_Place]:
     stern_m, bow_m, half_m = round(-0.45 * a.length_m, 3), round(0.4 * a.length_m, 3), round(0.5 * a.spread_m, 3)
+    corner_m = round(0.35 * a.length_m, 3)
     twin = [_Place("port", "fixed", stern_m, -half_m), _Place("starboard", "fixed", stern_m, half_m)]
     by_layout = {
         "twin": twin,
         "twin-bow": [*twin, _Place("bow", "fixed", bow_m, 0.0, 90.0)],
+        "vectored": [
+            _Place("bow_port", "fixed", corner_m, -half_m, 45.0),
+            _Place("bow_starboard", "fixed", corner_m, half_m, -45.0),
+            _Place("stern_port", "fixed", -corner_m, -half_m, -45.0),
+            _Place("stern_starboard", "fixed", -corner_m, half_m, 45.0),
+        ],
         "azimuth": [_Place("stern", "azimuth", stern_m, 0.0)],
+        "azimuth-bow": [_Place("stern", "azimuth", stern_m, 0.0), _Place("bow", "fixed", bow_m, 0.0, 90.0)],
         "rudder": [_Place("propeller", "rudder", stern_m, 0.0)],
+        "jet": [_Place("jet", "jet", stern_m, 0.0)],
         "two-azimuths": [_Place("bow", "azimuth", bow_m, 0.0), _Place("stern", "azimuth", stern_m, 0.0)],
     }
     return by_layout[a.layout]
@@ -108,15 +124,27 @@ def _thruster(a: Answers, place: _Place) -> Iterator[str]:
     yield f"x_m = {place.x_m:g}{_comment('ahead of the middle of the boat: measure it')}"
     yield f"y_m = {place.y_m:g}{_comment('to starboard')}"
     if place.azimuth_deg:
-        yield f"azimuth_deg = {place.azimuth_deg:g}{_comment('pushes to starboard')}"
+        yield f"azimuth_deg = {place.azimuth_deg:g}{_comment(_pushes(place.azimuth_deg))}"
     if place.kind == "azimuth":
         yield f"azimuth_rate_dps = 60.0{_comment('estimated; companion thruster-test measures it')}"
-        yield "azimuth_min_deg = -90.0" if a.layout == "two-azimuths" else "azimuth_min_deg = -35.0"
-        yield "azimuth_max_deg = 90.0" if a.layout == "two-azimuths" else "azimuth_max_deg = 35.0"
+        stop_deg = 35.0 if a.layout == "azimuth" else 90.0
+        yield f"azimuth_min_deg = {-stop_deg}"
+        yield f"azimuth_max_deg = {stop_deg}"
         yield "manual_azimuth_deg = 35.0"
     yield from _thrust(a)
     if place.kind == "rudder":
         yield from _rudder(a)
+    if place.kind == "jet":
+        yield from _jet(a)
+
+
+def _pushes(azimuth_deg: float) -> str:
+    """Which way a fixed thruster pushes the boat."""
+    return (
+        "pushes to starboard"
+        if azimuth_deg == 90.0
+        else f"pushes ahead to {'port' if azimuth_deg < 0.0 else 'starboard'}"
+    )
 
 
 def _rudder(a: Answers) -> Iterator[str]:
@@ -132,6 +160,19 @@ def _rudder(a: Answers) -> Iterator[str]:
     for key, value, text in blade:
         if value is not None:
             yield f"{key} = {value:g}{_comment(text)}"
+
+
+def _jet(a: Answers) -> Iterator[str]:
+    yield f"azimuth_rate_dps = 40.0{_comment('of the nozzle, estimated; companion thruster-test measures it')}"
+    yield f"azimuth_min_deg = -24.0{_comment('stops of the nozzle')}"
+    yield "azimuth_max_deg = 24.0"
+    yield "manual_azimuth_deg = 24.0"
+    if a.nozzle_m is None:
+        yield "# The jet's curve follows from pull and hull; [thruster.jet] with density_area_kgpm has yours."
+        return
+    yield "[thruster.jet]"
+    area = round(0.25 * math.pi * WATER_KGPM3 * a.nozzle_m**2, 4)
+    yield f"density_area_kgpm = {area:g}{_comment(f'density of water times the area of a nozzle of {a.nozzle_m:g} m')}"
 
 
 def _thrust(a: Answers) -> Iterator[str]:
@@ -180,7 +221,7 @@ def _bridge(a: Answers, places: list[_Place]) -> Iterator[str]:
         yield 'port = "serial:/dev/usv-mcu:115200"'
         yield f"thrusters = [{names}]"
         return
-    channels = [1, 3, 5][: len(places)]
+    channels = [1, 3, 5, 7][: len(places)]
     turning = [place.kind != "fixed" for place in places]
     yield 'name = "pixhawk"'
     yield 'driver = "mavlink_servo"'

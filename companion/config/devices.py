@@ -45,9 +45,9 @@ class JetConfig:
     """
 
     __pydantic_config__ = STRICT
-    density_area_kgpm: Annotated[Positive, means("Density of the water times the area of the nozzle, ρA.")]
-    idle_mps: Annotated[Positive, means("Speed of the jet at the lowest throttle at which the impeller turns.")]
-    span_mps: Annotated[Positive, means("Speed of the jet that full throttle adds to `idle_mps`.")]
+    density_area_kgpm: Annotated[Positive, derived("Density of the water times the area of the nozzle, ρA.")]
+    idle_mps: Annotated[Positive, derived("Speed of the jet at the lowest throttle at which the impeller turns.")]
+    span_mps: Annotated[Positive, derived("Speed of the jet that full throttle adds to `idle_mps`.")]
     exponent: Annotated[
         Positive,
         means("Exponent of the throttle in the speed of the jet: `idle_mps` + `span_mps` · u^`exponent`."),
@@ -62,6 +62,11 @@ class JetConfig:
         """Thrust in N with the boat at rest and the impeller turning, for a throttle 0…1."""
         exit_mps = self.idle_mps + self.span_mps * math.pow(max(0.0, throttle), self.exponent)
         return self.density_area_kgpm * exit_mps * exit_mps
+
+    def full_n(self, ahead_mps: float) -> float:
+        """Thrust in N at full throttle, at that speed ahead through the water."""
+        exit_mps = self.idle_mps + self.span_mps
+        return max(0.0, self.density_area_kgpm * exit_mps * (exit_mps - self.intake_share * ahead_mps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +163,7 @@ class ThrusterConfig:
     dead_band: Annotated[float, Field(ge=0.0, lt=0.5), means("Throttle below which nothing turns.")] = 0.0
     retractable: Annotated[bool, means("The thruster can be lowered and retracted.")] = False
     travel_s: Annotated[NonNegative, means("Time between up and down. Only for a retractable thruster.")] = 0.0
-    jet: Annotated[JetConfig | None, means("Curve of a water jet. Only for kind `jet`.")] = None
+    jet: Annotated[JetConfig | None, derived("Curve of a water jet. Only for kind `jet`.")] = None
     rudder: Annotated[
         RudderConfig | None,
         derived("The blade of a rudder. Only for kinds `rudder` and `sail`."),

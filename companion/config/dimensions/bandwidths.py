@@ -47,8 +47,8 @@ def figures(
     drifts: bool = False,
 ) -> tuple[Figure, ...]:
     """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust; `top_mps`: top
-    speed; `needs_flow`: the boat steers by a rudder, so that it turns in a circle; `drifts`: it has no way astern, so
-    that in Hold it drifts and sails back."""
+    speed; `needs_flow`: the boat steers by a rudder or a nozzle, so that it turns in a circle; `drifts`: it has no way
+    astern, so that in Hold it drifts and sails back."""
     surge_n, sway_n, yaw_nm = limits
     receiver = grade_of(sensors)
     by_lag = _LAG_SHARE / max(0.1, lag_s)

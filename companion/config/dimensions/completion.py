@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from companion.config.devices import ThrusterConfig
-from companion.config.dimensions import motors, rudders, surge_damping
+from companion.config.dimensions import jets, motors, rudders, surge_damping
 from companion.config.dimensions.derivation import (
     hull_figures,
     limit_figures,
@@ -69,7 +69,7 @@ def completed(data: Mapping[str, Any]) -> Completion:
     if thrusters is None:
         work.moot.append(("limits",))
     elif not _given(work.data.get("limits"), LIMIT_KEYS):  # a search of 30 ms
-        work.fill(limit_figures(thrusters))
+        work.fill(jets.limit_figures(boat, thrusters[0]) if jets.is_jet(thrusters) else limit_figures(thrusters))
     if boat is not None and thrusters is not None:
         _hull(work, boat, thrusters)
     elif isinstance(work.data.get("hull"), dict) and "form" in work.data["hull"]:
@@ -106,8 +106,10 @@ def _thrusters(work: _Work, boat: Dimensions | None) -> tuple[ThrusterConfig, ..
         return None
     filled, figures, problems = motors.completed(rows)
     filled, blades = rudders.completed(filled, boat)
+    filled, curves, missing = jets.completed(filled, boat)
+    problems += missing
     work.data["thruster"] = filled
-    work.figures += [*figures, *blades]
+    work.figures += [*figures, *blades, *curves]
     work.problems += problems
     work.moot += [("thruster", place[1]) for place, _ in problems]
     found: tuple[ThrusterConfig, ...] | None = _read(tuple[ThrusterConfig, ...], filled)
@@ -141,17 +143,17 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
         return
     values = tuple(limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
     if all(isinstance(value, (int, float)) for value in values):
-        rudder = any(thruster.kind == "rudder" for thruster in thrusters)
+        steers = any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
         drifts = not any(thruster.min_n < 0.0 or thruster.turns_round for thruster in thrusters)
         made = parameter_figures(
             hull,
             values,  # type: ignore[arg-type]
             boat.length_m,
             sensors or (),
-            needs_flow=rudder,
+            needs_flow=steers,
             drifts=drifts,
         )
-        work.fill(made)
+        work.fill((*made, *(jets.parameter_figures(thrusters[0]) if jets.is_jet(thrusters) else ())))
 
 
 def _read(kind: Any, raw: Any) -> Any:

@@ -58,7 +58,7 @@ def parameter_figures(
     drifts: bool = False,
 ) -> tuple[Figure, ...]:
     """Defaults of parameters for a hull. `limit`: surge N, sway N, yaw Nm; `needs_flow`: it steers by a
-    rudder; `drifts`: it has no way astern."""
+    rudder or a nozzle; `drifts`: it has no way astern."""
     return bandwidths.figures(hull, limit, length_m, sensors, lag_s, top_speed_mps(hull, limit[0]), needs_flow, drifts)
 
 

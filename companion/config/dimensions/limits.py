@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -16,8 +17,9 @@ _NARROWINGS = 40
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float) -> float:
-    """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count."""
+def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float, way: int = 0) -> float:
+    """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count. `way`: 1
+    for an azimuth that turns ahead, −1 for one in reverse, 0 for either."""
     along_x, along_y = surge - thruster.y_m * yaw, sway + thruster.x_m * yaw
     size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
     if thruster.kind == "rudder" and thruster.rudder is not None:
@@ -25,8 +27,8 @@ def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float) -
     if not thruster.turns:
         value = size * math.cos(direction - thruster.azimuth_rad)
         return max(thruster.max_n * value, thruster.min_n * value)
-    ahead = size * math.cos(_beyond(thruster, direction))
-    astern = size * math.cos(_beyond(thruster, direction + math.pi))
+    ahead = size * math.cos(_beyond(thruster, direction)) if way >= 0 else 0.0
+    astern = size * math.cos(_beyond(thruster, direction + math.pi)) if way <= 0 else 0.0
     return max(0.0, thruster.max_n * ahead, -thruster.min_n * astern)
 
 
@@ -55,10 +57,20 @@ def _beyond(thruster: ThrusterConfig, direction: float) -> float:
 
 def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] = ()) -> float:
     """Largest force or moment on `axis` (0 surge, 1 sway, 2 yaw), to its stronger side, with the others at zero but
-    those that are `free`.
-
-    By duality: the least of the support function over the multipliers of the axes at zero, which is convex.
+    those that are `free`. An azimuth with stops less than 180° apart turns ahead or in reverse, it is not both at once.
     """
+    ways = itertools.product(*(_ways(thruster) for thruster in thrusters))
+    return max(_largest(thrusters, axis, free, each) for each in ways)
+
+
+def _ways(thruster: ThrusterConfig) -> tuple[int, ...]:
+    low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+    narrow = thruster.kind == "azimuth" and low is not None and high is not None and 0.0 < high - low < math.pi
+    return (1, -1) if narrow and thruster.min_n < 0.0 else (0,)
+
+
+def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int], ways: Sequence[int]) -> float:
+    """By duality: the least of the support function over the multipliers of the axes at zero, which is convex."""
     held = [other for other in range(3) if other != axis and other not in free]
     scale = 1.0 if axis == 2 else 1.0 / max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
 
@@ -67,7 +79,9 @@ def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] 
         weights[axis] = side
         for other, multiplier in zip(held, multipliers, strict=True):
             weights[other] = multiplier
-        return sum(support_n(t, *weights) for t in thrusters)
+        return sum(
+            support_n(t, weights[0], weights[1], weights[2], way) for t, way in zip(thrusters, ways, strict=True)
+        )
 
     bounds = [20.0 * (scale if other == 2 else 1.0) * (1.0 if axis != 2 else _reach(thrusters)) for other in held]
 

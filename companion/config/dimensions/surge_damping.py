@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -60,13 +61,16 @@ def pushes_ahead(thruster: ThrusterConfig) -> bool:
     return thruster.turns or abs(math.cos(thruster.azimuth_rad)) > 0.5
 
 
-def full_ahead_n(thrusters: Sequence[ThrusterConfig]) -> float:
-    """Thrust of all together ahead, with the boat at rest."""
-    return sum(
-        t.max_n if t.turns else max(t.max_n * math.cos(t.azimuth_rad), t.min_n * math.cos(t.azimuth_rad))
-        for t in thrusters
-        if pushes_ahead(t)
-    )
+def full_ahead_n(thrusters: Sequence[ThrusterConfig], ahead_mps: float = 0.0) -> float:
+    """Thrust of all together ahead, by their pull. Of a jet, what its curve gives at that speed."""
+    return sum(_full_n(t, ahead_mps) for t in thrusters if pushes_ahead(t))
+
+
+def _full_n(thruster: ThrusterConfig, ahead_mps: float) -> float:
+    if thruster.jet is not None:
+        return thruster.jet.full_n(ahead_mps)
+    ahead = 1.0 if thruster.turns else math.cos(thruster.azimuth_rad)
+    return max(thruster.max_n * ahead, thruster.min_n * ahead)
 
 
 def linear(thrusters: Sequence[ThrusterConfig]) -> float:
@@ -76,13 +80,28 @@ def linear(thrusters: Sequence[ThrusterConfig]) -> float:
 
 def planing_table(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[tuple[float, float], ...]:
     """Resistance of a planing hull, as (speed m/s, force N). Where its top speed is known and its full thrust is less
-    than that hulls usually need there, the resistance is less in proportion."""
+    than that hulls usually need there, the resistance is less in proportion. A jet's curve says what is left of its
+    thrust there, so the hull takes just that."""
     usual = _usual_resistance(boat)
     share = 1.0
-    if boat.top_speed_mps is not None and linear(thrusters) > 0.0:
-        most_n = _HULL_SHARE * full_ahead_n(thrusters)
-        share = min(1.0, most_n / _force_n(usual, boat.top_speed_mps))
+    if boat.top_speed_mps is not None:
+        usual_n = _force_n(usual, boat.top_speed_mps)
+        if linear(thrusters) > 0.0:
+            share = min(1.0, _HULL_SHARE * full_ahead_n(thrusters) / usual_n)
+        elif any(thruster.jet is not None for thruster in thrusters):
+            share = full_ahead_n(thrusters, boat.top_speed_mps) / usual_n
     return tuple((round(speed_mps, 2), round(share * force_n, 1)) for speed_mps, force_n in usual)
+
+
+def usual_speed_mps(boat: Dimensions, force_n: float) -> float:
+    """The highest speed at which hulls of this form and mass usually take no more than that force."""
+    if boat.form != "planing":
+        return math.sqrt(force_n / quadratic(boat))
+    pairs = tuple(pairwise(_usual_resistance(boat)))
+    for (low_mps, low_n), (high_mps, high_n) in reversed(pairs):
+        if force_n >= low_n:  # the last two points go on beyond the table's end
+            return low_mps + (force_n - low_n) / (high_n - low_n) * (high_mps - low_mps)
+    return 0.0
 
 
 def _usual_resistance(boat: Dimensions) -> list[tuple[float, float]]:
@@ -98,6 +117,10 @@ def _planing_loss(boat: Dimensions, thrusters: Sequence[ThrusterConfig], top_spe
 
 
 def _force_n(table: Sequence[tuple[float, float]], speed_mps: float) -> float:
+    """As `HullConfig.drag_n` reads the table: beyond its end, by the slope of the last two points."""
+    (low_mps, low_n), (high_mps, high_n) = table[-2:]
+    if speed_mps > high_mps:
+        return high_n + (high_n - low_n) / (high_mps - low_mps) * (speed_mps - high_mps)
     return float(np.interp(speed_mps, [speed for speed, _ in table], [force for _, force in table]))
 
 
@@ -111,7 +134,7 @@ def figures(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[Figu
             by_speed = ", but as much as full thrust gives the top speed"
     elif boat.top_speed_mps is not None:
         drag_n = x_u * boat.top_speed_mps + x_uu * boat.top_speed_mps**2
-        scale = full_ahead_n(thrusters) / drag_n if drag_n > 0.0 else 1.0
+        scale = full_ahead_n(thrusters, boat.top_speed_mps) / drag_n if drag_n > 0.0 else 1.0
         x_u, x_uu, factor = scale * x_u, scale * x_uu, 1.6
         by_speed = ", scaled so that full thrust gives the top speed"
     return (

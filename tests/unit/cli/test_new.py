@@ -20,10 +20,11 @@ CATAMARAN = [*_SHAPE, "--mass", "30", "--hull-beam", "0.2", "--motor", "T200", "
 @pytest.mark.parametrize("board", BOARDS)
 def test_every_layout_on_every_board_becomes_a_boat(tmp_path: Path, layout: str, board: str) -> None:
     file = tmp_path / "boat.toml"
-    assert main(["new", str(file), "--yes", *CATAMARAN, "--layout", layout, "--board", board]) == 0
+    options = [*CATAMARAN, "--layout", layout, "--board", board, *(["--motor", "80"] if layout == "jet" else [])]
+    assert main(["new", str(file), "--yes", *options]) == 0
     boat = load(file)
     assert boat.hull.mass_kg == 30.0 and boat.sitl is not None
-    assert (boat.limits.sway_n > 0.0) == (layout in ("twin-bow", "two-azimuths"))
+    assert (boat.limits.sway_n > 0.0) == (layout in ("twin-bow", "vectored", "azimuth-bow", "two-azimuths"))
     assert "# " in file.read_text(encoding="utf-8")
 
 

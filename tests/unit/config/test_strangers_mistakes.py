@@ -16,10 +16,11 @@ ANSWERS = Answers(
 )  # fmt: skip
 TWIN = file_text(ANSWERS)
 OUTBOARD = file_text(replace(ANSWERS, form="planing", layout="azimuth", hull_beam_m=None))
+JET = file_text(replace(ANSWERS, form="planing", layout="jet", hull_beam_m=None))
 PODS = file_text(replace(ANSWERS, form="monohull", layout="two-azimuths", hull_beam_m=None))
 
 
-@pytest.mark.parametrize("text", [TWIN, OUTBOARD, PODS])
+@pytest.mark.parametrize("text", [TWIN, OUTBOARD, JET, PODS])
 def test_the_files_themselves_are_right(text: str) -> None:
     parse(text, "boat.toml")
 
@@ -37,7 +38,7 @@ def test_the_files_themselves_are_right(text: str) -> None:
         (TWIN, ', "starboard"]', "]", "thruster", "driven by no bridge: add it to the list of an [[actuator]]"),
         (PODS, "azimuth_min_deg = -90.0", "", "thruster[1].azimuth_max_deg", "give both stops"),
         (OUTBOARD, "min_deg = -35.0", "min_deg = 40.0", "thruster[1].azimuth_max_deg", "exchange the stops"),
-        (OUTBOARD, 'kind = "azimuth"', 'kind = "jet"', "thruster[1].force_rate_nps", "is missing: fastest change"),
+        (JET, "max_n = 60", 'motor = "T200"', "thruster[1].max_n", "is missing: pull of the jet at full throttle"),
     ],
 )
 def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str, remedy: str) -> None:

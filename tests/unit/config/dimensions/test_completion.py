@@ -206,3 +206,35 @@ def test_the_fence_margin_covers_what_the_boat_does_in_hold() -> None:
     bow = '[[thruster]]\nname = "bow"\nkind = "fixed"\nx_m = 0.8\ny_m = 0.0\nazimuth_deg = 90.0\nmax_n = 60.0\n'
     three = CATAMARAN.replace("[[sensor]]", bow + "[[sensor]]", 1).replace('"starboard"]', '"starboard", "bow"]')
     assert vessel(three).parameters["FENCE_MARGIN"] == 1.0
+
+
+OUTBOARD_ROW = """[[thruster]]
+name = "NAME"
+kind = "azimuth"
+x_m = -0.9
+y_m = Y
+max_n = 100.0
+azimuth_rate_dps = 60.0
+azimuth_min_deg = -35.0
+azimuth_max_deg = 35.0
+"""
+
+
+def outboards(*places_m: float, bow: bool = False) -> VesselConfig:
+    """The catamaran with outboards at its stern, and a thruster across its bow."""
+    rows = [OUTBOARD_ROW.replace("NAME", f"out{i}").replace("Y", str(y_m)) for i, y_m in enumerate(places_m)]
+    names = [f"out{i}" for i in range(len(places_m))]
+    if bow:
+        rows.append(
+            '[[thruster]]\nname = "bow"\nkind = "fixed"\nx_m = 0.8\ny_m = 0.0\nazimuth_deg = 90.0\nmax_n = 60.0\n'
+        )
+        names.append("bow")
+    start, end = CATAMARAN.index("[[thruster]]"), CATAMARAN.index("[[sensor]]")
+    text = CATAMARAN[:start] + "".join(rows) + CATAMARAN[end:]
+    return vessel(text.replace('"port", "starboard"', ", ".join(f'"{name}"' for name in names)))
+
+
+def test_an_outboard_turns_ahead_or_in_reverse_so_that_a_bow_thruster_does_not_make_it_push_sideways() -> None:
+    assert outboards(0.0, bow=True).limits.sway_n == 0.0
+    two = outboards(-0.3, 0.3, bow=True)
+    assert two.limits.sway_n > 20.0, "one ahead, one in reverse"

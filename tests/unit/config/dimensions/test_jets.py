@@ -1,0 +1,114 @@
+"""A water jet by its pull and the boat."""
+
+import pytest
+
+from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.vessel import ConfigError, VesselConfig, find, load, parse
+
+SCOOTER = """
+name = "scooter"
+title = "A scooter with a jet"
+control_rate_hz = 20.0
+[home]
+lat_deg = 57.6
+lon_deg = 11.5
+[hull]
+form = "planing"
+length_m = 3.3
+beam_m = 1.5
+mass_kg = 450.0
+top_speed_mps = 20.6
+[[thruster]]
+name = "jet"
+kind = "jet"
+x_m = -1.6
+y_m = 0.0
+max_n = 5582.0
+[[sensor]]
+name = "gnss"
+driver = "nmea0183"
+antennas = 1
+port = "serial:/dev/usv-gnss:115200"
+[[actuator]]
+name = "mcu"
+driver = "microcontroller"
+port = "serial:/dev/usv-mcu:115200"
+thrusters = ["jet"]
+"""
+BY_HAND = "[hull]\nm11_kg = 450.0\nm22_kg = 550.0\nm33_kgm2 = 700.0\n"
+
+
+def boat(text: str = SCOOTER) -> VesselConfig:
+    return parse(text, "scooter.toml")
+
+
+def test_rescuerunners_jet_follows_from_its_pull_and_top_speed() -> None:
+    made, measured = boat(), load(find("rescuerunner"))
+    jet, known = made.thrusters[0].jet, measured.thrusters[0].jet
+    assert jet is not None and known is not None
+    assert jet.density_area_kgpm == pytest.approx(known.density_area_kgpm, rel=0.02)
+    assert jet.bollard_n(1.0) == pytest.approx(made.thrusters[0].ahead_n, rel=1e-3)
+    assert jet.full_n(20.6) == pytest.approx(known.full_n(20.6), rel=0.05)
+    assert made.limits.yaw_nm == pytest.approx(measured.limits.yaw_nm, rel=0.02)
+    assert made.parameters["JET_STEER_N"] == pytest.approx(391.0, rel=0.01)
+    assert made.limits.sway_n == 0.0 and made.thrusters[0].min_n == 0.0 and made.thrusters[0].dead_band > 0.0
+
+
+def test_full_throttle_gives_the_top_speed_that_was_measured() -> None:
+    made = boat()
+    jet = made.thrusters[0].jet
+    assert jet is not None and jet.full_n(20.6) == pytest.approx(made.hull.drag_n(20.6), rel=0.01)
+    assert top_speed_mps(made.hull, made.limits.surge_n) == pytest.approx(20.6, rel=0.01)
+
+
+@pytest.mark.parametrize("pull_n", [2500.0, 5582.0])
+def test_a_jet_whose_top_speed_is_unknown_is_fitted_to_the_hull(pull_n: float) -> None:
+    made = boat(SCOOTER.replace("top_speed_mps = 20.6\n", "").replace("5582.0", str(pull_n)))
+    jet, top_mps = made.thrusters[0].jet, top_speed_mps(made.hull, made.limits.surge_n)
+    assert jet is not None and 8.0 < top_mps < 26.0
+    assert jet.full_n(top_mps) == pytest.approx(made.hull.drag_n(top_mps), rel=0.05)
+
+
+def test_the_thrust_of_the_limits_lifts_the_hull_over_its_hump() -> None:
+    made = boat(SCOOTER.replace("top_speed_mps = 20.6\n", "").replace("5582.0", "1450.0"))
+    hump_n = made.hull.resistance[3][1]
+    assert made.hull.resistance[4][1] < hump_n < made.limits.surge_n <= made.thrusters[0].max_n
+
+
+def test_a_nozzle_that_was_measured_sets_the_speed_of_the_jet() -> None:
+    jet = (
+        boat(SCOOTER.replace("[[sensor]]", "[thruster.jet]\ndensity_area_kgpm = 8.05\n[[sensor]]", 1)).thrusters[0].jet
+    )
+    assert jet is not None and jet.density_area_kgpm == 8.05
+    assert jet.idle_mps + jet.span_mps == pytest.approx((5582.0 / 8.05) ** 0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize("form", ["planing", "monohull"])
+def test_hull_and_measured_nozzle_meet_at_the_top_speed(form: str) -> None:
+    text = SCOOTER.replace("[[sensor]]", "[thruster.jet]\ndensity_area_kgpm = 8.05\n[[sensor]]", 1)
+    made = boat(text.replace("top_speed_mps = 20.6\n", "").replace("planing", form))
+    jet, top_mps = made.thrusters[0].jet, top_speed_mps(made.hull, made.limits.surge_n)
+    assert jet is not None and jet.full_n(top_mps) == pytest.approx(made.limits.surge_n, rel=0.01)
+
+
+def test_keys_given_by_hand_stay() -> None:
+    own = "max_n = 5000.0\nahead_n = 5582.0\nazimuth_min_deg = -20.0\nazimuth_max_deg = 20.0\nazimuth_rate_dps = 70.0"
+    jet = boat(SCOOTER.replace("max_n = 5582.0", own)).thrusters[0]
+    assert (jet.max_n, jet.ahead_n) == (5000.0, 5582.0)
+    assert jet.azimuth_max_rad == pytest.approx(0.349, abs=1e-3) and jet.azimuth_rate_radps > 1.2
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("max_n = 5582.0\n", "", "thruster[1].max_n: is missing: pull of the jet at full throttle"),
+        ("max_n = 5582.0\n", "max_n = -4.0\n", "thruster[1].max_n: is missing: pull of the jet at full throttle"),
+        (SCOOTER[SCOOTER.index("[hull]") : SCOOTER.index("[[thruster]]")], BY_HAND, "a jet needs its table"),
+    ],
+)
+def test_what_is_missing_is_one_problem(right: str, wrong: str, message: str) -> None:
+    text = "length_m = 3.3\nbeam_m = 1.5\n" + SCOOTER
+    with pytest.raises(ConfigError) as caught:
+        boat(text.replace(right, wrong))
+    found = [problem for problem in caught.value.problems if "thruster" in problem]
+    assert len(found) == 1 and message in found[0], found
