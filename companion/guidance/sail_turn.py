@@ -19,7 +19,7 @@ _GYBE_RAD = math.radians(140.0)
 _LEAD_RAD = math.radians(100.0)  # by which the bow is led in a turn before the wind
 _ARRIVED_RAD = 0.1
 _GATHER_S, _BEAR_AWAY_RAD = 8.0, math.radians(10.0)
-_WAY_SHARE = 0.14  # of the wind: a slower boat does not get through it
+WAY_SHARE = 0.14  # of the wind: a slower boat does not get through it
 _LUFFS_RAD = math.radians(30.0)  # off the wind, where a turn through it goes on with the sheet free
 
 
@@ -45,6 +45,11 @@ class SailTurn:
     def turns(self) -> bool:
         """Whether the boat goes about in any way, or gathers way for it."""
         return self._wears or self._tacks_s is not None or self._gathers_s is not None
+
+    @property
+    def gathers(self) -> bool:
+        """Whether the boat gathers way for a tack."""
+        return self._gathers_s is not None
 
     def luffs(self, nav: NavState) -> bool:
         """Whether the sail is to luff: it would stop the turn and push the boat to leeward."""
@@ -77,7 +82,7 @@ class SailTurn:
         """Turn before the wind, gather way, or begin the tack."""
         if through_wind_rad > _GYBE_RAD:
             self._wears = True
-        elif nav.surge_mps < _WAY_SHARE * self._wind.speed_mps:
+        elif nav.surge_mps < WAY_SHARE * self._wind.speed_mps:
             self._gathers_s = now_s if self._gathers_s is None else self._gathers_s
             self._wears = now_s - self._gathers_s > _GATHER_S
         else:

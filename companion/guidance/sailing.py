@@ -16,9 +16,9 @@ from companion.core.angles import wrap_pi
 from companion.core.decision import TextKind
 from companion.core.estimate import Air, NavState
 from companion.core.events import Announce
-from companion.core.frames import ned_to_body
 from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PathSetpoint, PoseSetpoint, Setpoint
 from companion.guidance.sail_turn import SailTurn
+from companion.guidance.sail_way import SailWay, through_water
 from companion.guidance.sail_wind import SailWind
 from companion.params.store import Parameters
 
@@ -45,7 +45,7 @@ class Sailor:
     speed.
 
     Remembers the tack, since when it is on it, whether it beats, the angle between bow and course, the weather helm,
-    and whether an operator has asked for a tack.
+    whether it gathers way, and whether an operator has asked for a tack.
     """
 
     def __init__(
@@ -60,6 +60,7 @@ class Sailor:
         self._say, self._is_open = say, is_open
         self._wind = SailWind(parameters, say)
         self._turn = SailTurn(parameters, self._wind, say)
+        self._way = SailWay()
         self._tack = _STARBOARD
         self._since_s = 0.0
         self._beats = self._asked = False
@@ -89,13 +90,18 @@ class Sailor:
         if not isinstance(setpoint, PathSetpoint):
             self._beats = self._asked = False
             self._turn.reset()
+            self._way.reset()
             return self._held(setpoint, nav, dt_s) if isinstance(setpoint, HeadingSetpoint) else setpoint
         if not self._wind.known:
             return NeutralSetpoint(setpoint.progress)
         self._learn_crab(nav, dt_s)
-        yaw_rad = self._turn.heading(self._sailable(setpoint, nav, now_s), self._no_go_rad, nav, now_s)
+        yaw_rad = self._sailable(setpoint, nav, now_s)
+        if not self._turn.turns:
+            yaw_rad = self._way.heading(yaw_rad, self._wind.from_rad, nav, dt_s)
+        yaw_rad = self._turn.heading(yaw_rad, self._no_go_rad, nav, now_s)
         yaw_rad = self._with_helm(yaw_rad, nav, dt_s)
-        drive_n = self._drive_n(setpoint.surge_mps, nav)
+        gathers = self._way.gathers or self._turn.gathers
+        drive_n = self._config.limits.surge_n if gathers else self._drive_n(setpoint.surge_mps, nav)
         wrench = ZERO_WRENCH if self._turn.luffs(nav) else Wrench(drive_n, 0.0, 0.0)
         return HeadingSetpoint(yaw_rad, wrench, progress=setpoint.progress)
 
@@ -125,8 +131,7 @@ class Sailor:
 
     def _learn_crab(self, nav: NavState, dt_s: float) -> None:
         """The angle from the bow to the course over ground, by leeway and current."""
-        slow = math.hypot(nav.north_mps, nav.east_mps) < _LEAST_WAY_MPS
-        if slow or self._turn.tacks or abs(nav.yaw_rate_radps) > _TURNS_RADPS:
+        if nav.surge_mps < _LEAST_WAY_MPS or self._turn.tacks or abs(nav.yaw_rate_radps) > _TURNS_RADPS:
             return
         crab_rad = wrap_pi(math.atan2(nav.east_mps, nav.north_mps) - nav.yaw_rad)
         bounded = min(_MOST_CRAB_RAD, max(-_MOST_CRAB_RAD, crab_rad))
@@ -196,8 +201,6 @@ class Sailor:
         """Force ahead for a speed, through the water where the current is known."""
         if wanted_mps <= 0.0:
             return 0.0
-        now_mps, hull = nav.surge_mps, self._config.hull
-        if nav.current_north_mps is not None and nav.current_east_mps is not None:
-            now_mps -= ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
-        force_n = hull.drag_n(wanted_mps) + _FASTER_1PS * hull.m11_kg * (wanted_mps - now_mps)
+        hull = self._config.hull
+        force_n = hull.drag_n(wanted_mps) + _FASTER_1PS * hull.m11_kg * (wanted_mps - through_water(nav)[0])
         return min(self._config.limits.surge_n, max(0.0, force_n))

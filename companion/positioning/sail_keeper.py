@@ -8,9 +8,11 @@ from companion.core.actuation import ZERO_WRENCH
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
+from companion.guidance.sail_turn import WAY_SHARE
 from companion.params.store import Parameters
 
 _ACROSS_SHARE = 0.45  # of the watch circle: how far to either side of the point the boat sails
+_TACKS = 1.3  # of the way that a tack needs
 _ABOVE_SHARE = 0.15  # of the watch circle: how far upwind of the point it aims, since turns and leeway lose way
 
 
@@ -53,7 +55,8 @@ class SailKeeper:
         self._arrived = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
-        """A path setpoint to the side that it sails to, at `speed_mps` and DP_SPEED_AHEAD at most."""
+        """A path setpoint to the side that it sails to, at `speed_mps` and DP_SPEED_AHEAD at most, but with way for a
+        tack."""
         north_m, east_m = nav.north_m - self._point[0], nav.east_m - self._point[1]
         off_m, radius_m = math.hypot(north_m, east_m), self._parameters["DP_WATCH_R"]
         self._arrived = self._arrived or off_m <= radius_m
@@ -70,4 +73,6 @@ class SailKeeper:
         right_m, up_m = self._side * 1.5 * across_m, _ABOVE_SHARE * radius_m
         aim = up_m * c - right_m * s - north_m, up_m * s + right_m * c - east_m
         self._heading_rad = math.atan2(aim[1], aim[0])
-        return PathSetpoint(self._heading_rad, min(speed_mps, self._parameters["DP_SPEED_AHEAD"]), progress=progress)
+        tack_mps = 0.0 if nav.wind_speed_mps is None else _TACKS * WAY_SHARE * nav.wind_speed_mps
+        sail_mps = min(speed_mps, max(self._parameters["DP_SPEED_AHEAD"], tack_mps))
+        return PathSetpoint(self._heading_rad, sail_mps, progress=progress)

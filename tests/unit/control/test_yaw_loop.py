@@ -107,3 +107,20 @@ def test_slow_steering_forgets_in_bends() -> None:
     assert 0.0 < learned_nm(slowed(), bend_radps, 6.0, 45.0) < 0.3 * 45.0
     assert learned_nm(slowed(70.0), bend_radps, 1.0) < 0.0, "with the steering as configured it learns there"
     assert learned_nm(slowed(60.0), bend_radps, 1.0) < 0.0, "and with one that is slower but fast enough"
+
+
+@pytest.mark.parametrize("n_ur", [0.0, 400.0, 4000.0])
+def test_a_hull_that_way_holds_straight_still_comes_to_its_heading(n_ur: float) -> None:
+    """With gains by inertia alone, damping of twenty times the critical leaves a fifth of the error after a minute."""
+    hull = replace(REVOLT.hull, damping=replace(REVOLT.hull.damping, n_ur=n_ur))
+    boat = replace(REVOLT, hull=hull)
+    parameters = Parameters(boat.parameters, table_of(boat))
+    loop, bias = YawLoop(boat, parameters), BiasForce(boat.limits)
+    yaw_rad, rate_radps = 0.1, 0.0
+    for _ in range(round(10.0 / (0.1 * parameters["PATH_BW_YAW"]))):
+        nav = replace(NO_ESTIMATE, yaw_rad=yaw_rad, yaw_rate_radps=rate_radps, surge_mps=1.0)
+        asked_nm = loop.moment_nm(PathSetpoint(0.0, 1.0), nav, bias, 0.0)
+        for _ in range(100):
+            rate_radps += 0.001 * (asked_nm - damping(hull, 1.0, 0.0, rate_radps)[2]) / hull.m33_kgm2
+            yaw_rad += 0.001 * rate_radps
+    assert abs(yaw_rad) < 0.01

@@ -46,10 +46,11 @@ def test_to_leeward_it_aims_against_the_wind_and_to_windward_before_it() -> None
     assert 90.0 < heading_deg(keeper(), at(10.0, 0.0)) < 180.0
 
 
-def test_its_speed_is_that_of_hold() -> None:
-    setpoint = keeper().update(at(0.0, 0.0), None, 2.0, 0.1)
+@pytest.mark.parametrize(("wind_mps", "speed_mps"), [(3.0, 0.8), (8.0, 1.456), (12.0, 2.0)])
+def test_its_speed_is_that_of_hold_and_enough_for_a_tack(wind_mps: float, speed_mps: float) -> None:
+    setpoint = keeper().update(replace(at(0.0, 0.0), wind_speed_mps=wind_mps), None, 2.0, 0.1)
     assert isinstance(setpoint, PathSetpoint)
-    assert setpoint.surge_mps == pytest.approx(0.8)
+    assert setpoint.surge_mps == pytest.approx(speed_mps)
 
 
 def test_a_new_point_is_reached_inside_its_watch_circle() -> None:
