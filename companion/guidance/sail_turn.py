@@ -17,7 +17,9 @@ from companion.params.store import Parameters
 
 _GYBE_RAD = math.radians(140.0)
 _LEAD_RAD = math.radians(100.0)  # by which the bow is led in a turn before the wind
+_TACK_LEAD_RAD = math.radians(30.0)  # in a turn through the wind: a rudder hard over takes the way that it needs
 _ARRIVED_RAD = 0.1
+_BACK_S, _BACK_RAD = 3.0, math.radians(5.0)  # a bow that has fallen back so far after that time does not get through
 _GATHER_S, _BEAR_AWAY_RAD = 8.0, math.radians(10.0)
 WAY_SHARE = 0.14  # of the wind: a slower boat does not get through it
 _LUFFS_RAD = math.radians(30.0)  # off the wind, where a turn through it goes on with the sheet free
@@ -71,12 +73,12 @@ class SailTurn:
             return yaw_rad
         if self._tacks_s is None and not self._wears:
             self._choose(through_wind_rad, nav, now_s)
-        self._mind_failure(now_s)
+        self._mind_failure(abs(off) > no_go_rad + _BACK_RAD, now_s)
         if self._wears:
             return wrap_pi(nav.yaw_rad + math.copysign(_LEAD_RAD, off))
         if self._gathers_s is not None:
             return wrap_pi(from_rad + math.copysign(no_go_rad + _BEAR_AWAY_RAD, off))
-        return yaw_rad
+        return wrap_pi(nav.yaw_rad - math.copysign(min(_TACK_LEAD_RAD, through_wind_rad), off))
 
     def _choose(self, through_wind_rad: float, nav: NavState, now_s: float) -> None:
         """Turn before the wind, gather way, or begin the tack."""
@@ -88,7 +90,10 @@ class SailTurn:
         else:
             self._tacks_s, self._gathers_s = now_s, None
 
-    def _mind_failure(self, now_s: float) -> None:
-        if self._tacks_s is not None and now_s - self._tacks_s > self._parameters["SAIL_TACK_T"]:
+    def _mind_failure(self, has_fallen_back: bool, now_s: float) -> None:
+        if self._tacks_s is None:
+            return
+        tacks_s = now_s - self._tacks_s
+        if tacks_s > self._parameters["SAIL_TACK_T"] or (tacks_s > _BACK_S and has_fallen_back):
             self._wears, self._tacks_s = True, None
             self._say(now_s, TextKind.ATTENTION, "tack_failed", "Tack failed: wears round")

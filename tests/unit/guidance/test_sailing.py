@@ -27,6 +27,7 @@ from tests.unit.estimates import AT_REST
 
 BOAT = load(find("sailbot"))
 NORTH = 0.0  # where the wind comes from
+LEAD_DEG = 30.0  # of the bow in a tack
 
 
 class Crew:
@@ -94,14 +95,14 @@ def test_against_the_wind_it_beats_on_the_tack_that_it_is_on() -> None:
 
 
 def test_it_begins_a_beat_on_the_tack_that_leads_much_nearer() -> None:
-    assert Crew().heading_deg(to(30.0), sailing(310.0)) == pytest.approx(45.0, abs=2.0)
+    assert Crew().heading_deg(to(30.0), sailing(310.0)) == pytest.approx(310.0 + LEAD_DEG, abs=2.0)
 
 
 def test_it_tacks_at_the_edge_of_the_corridor_and_not_at_once_again() -> None:
     crew = Crew()
     crew.steer(to(0.0), sailing(45.0), 100)
     assert crew.heading_deg(to(0.0, 14.0), sailing(45.0)) == pytest.approx(45.0, abs=2.0)
-    assert crew.heading_deg(to(0.0, 16.0), sailing(45.0)) == pytest.approx(315.0, abs=2.0)
+    assert crew.heading_deg(to(0.0, 16.0), sailing(45.0)) == pytest.approx(45.0 - LEAD_DEG, abs=2.0)
     assert crew.texts[-1] == "Tacking: starboard tack"
     assert crew.heading_deg(to(0.0, 16.0), sailing(315.0), 100) == pytest.approx(315.0, abs=2.0)
 
@@ -109,7 +110,7 @@ def test_it_tacks_at_the_edge_of_the_corridor_and_not_at_once_again() -> None:
 def test_it_tacks_where_the_other_tack_leads_to_the_goal() -> None:
     crew = Crew()
     crew.steer(to(0.0), sailing(45.0), 100)
-    assert crew.heading_deg(to(300.0), sailing(45.0)) == pytest.approx(300.0, abs=1.0)
+    assert crew.heading_deg(to(300.0), sailing(45.0)) == pytest.approx(45.0 - LEAD_DEG, abs=1.0)
     assert not crew.sailor.beats
 
 
@@ -117,7 +118,7 @@ def test_it_tacks_before_the_fence() -> None:
     crew = Crew(fence_east_m=20.0)
     crew.steer(to(0.0), sailing(45.0), 100)
     assert crew.heading_deg(to(0.0), sailing(45.0, east_m=10.0)) == pytest.approx(45.0, abs=2.0)
-    assert crew.heading_deg(to(0.0), sailing(45.0, east_m=13.0)) == pytest.approx(315.0, abs=2.0)
+    assert crew.heading_deg(to(0.0), sailing(45.0, east_m=13.0)) == pytest.approx(45.0 - LEAD_DEG, abs=2.0)
 
 
 def test_it_tacks_as_asked_only_while_it_beats() -> None:
@@ -126,7 +127,7 @@ def test_it_tacks_as_asked_only_while_it_beats() -> None:
     assert not crew.sailor.ask_tack()
     crew.steer(to(0.0), sailing(45.0), 100)
     assert crew.sailor.ask_tack()
-    assert crew.heading_deg(to(0.0), sailing(45.0)) == pytest.approx(315.0, abs=2.0)
+    assert crew.heading_deg(to(0.0), sailing(45.0)) == pytest.approx(45.0 - LEAD_DEG, abs=2.0)
 
 
 def test_in_a_tack_the_sail_luffs_near_the_wind() -> None:
@@ -143,11 +144,29 @@ def test_a_tack_that_fails_is_followed_by_a_turn_before_the_wind() -> None:
     crew = Crew(SAIL_TACK_T=5.0)
     crew.steer(to(0.0), sailing(45.0), 100)
     crew.sailor.ask_tack()
-    assert crew.heading_deg(to(0.0), sailing(30.0), 45) == pytest.approx(315.0, abs=2.0)
+    assert crew.heading_deg(to(0.0), sailing(30.0), 45) == pytest.approx(30.0 - LEAD_DEG, abs=2.0)
     assert crew.heading_deg(to(0.0), sailing(30.0), 10) == pytest.approx(130.0, abs=2.0)
     assert "Tack failed: wears round" in crew.texts
     assert crew.heading_deg(to(0.0), sailing(170.0)) == pytest.approx(270.0, abs=2.0)
     assert crew.heading_deg(to(0.0), sailing(200.0)) == pytest.approx(315.0, abs=2.0)
+
+
+def test_a_bow_that_falls_back_in_a_tack_is_not_held_there() -> None:
+    crew = Crew(SAIL_TACK_T=30.0)
+    crew.steer(to(0.0), sailing(45.0), 100)
+    crew.sailor.ask_tack()
+    crew.steer(to(0.0), sailing(20.0), 25)
+    assert crew.heading_deg(to(0.0), sailing(52.0), 3) == pytest.approx(52.0 - LEAD_DEG, abs=2.0)
+    assert crew.heading_deg(to(0.0), sailing(52.0), 10) == pytest.approx(152.0, abs=2.0)
+    assert "Tack failed: wears round" in crew.texts
+
+
+def test_past_the_wind_the_boat_steers_for_the_other_tack() -> None:
+    crew = Crew()
+    crew.steer(to(0.0), sailing(45.0), 100)
+    crew.sailor.ask_tack()
+    crew.steer(to(0.0), sailing(45.0))
+    assert crew.heading_deg(to(0.0), sailing(355.0)) == pytest.approx(315.0, abs=2.0)
 
 
 def test_without_way_it_bears_away_before_a_tack_and_then_wears_round() -> None:
