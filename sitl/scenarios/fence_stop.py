@@ -25,6 +25,7 @@ _BEHIND_M, _BESIDE_M = 40.0, 100.0
 _TIMEOUT_S = 400.0
 _REST_MPS = 0.1
 _STAY_S = 60.0
+_DRIFTS_S = 120.0  # from half the way on: a jet or a rudder that sails back in its watch circle may never be at rest
 _LAST_S = 10.0
 _HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad, and for each rad/s
 
@@ -61,7 +62,9 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         _until(gcs, "near the line", lambda: gcs.rig.world.truth.north_m > line_m - float(settings["late"]), push)
         gcs.upload(_fence(gcs, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
     _until(gcs, "half the way", lambda: gcs.rig.world.truth.north_m > 0.5 * line_m, push)
-    _until(gcs, "at rest", lambda: abs(gcs.rig.world.truth.surge_mps) < _REST_MPS, push)
+    drifts = any(thruster.kind in ("jet", "rudder") for thruster in gcs.rig.config.thrusters)
+    rests_s = gcs.rig.now_s + (_DRIFTS_S if drifts else math.inf)
+    _until(gcs, "at rest", lambda: abs(gcs.rig.world.truth.surge_mps) < _REST_MPS or gcs.rig.now_s >= rests_s, push)
     end_s = gcs.rig.now_s + _STAY_S
     _until(gcs, "a while more", lambda: gcs.rig.now_s >= end_s, push)
     last = gcs.last["FENCE_STATUS"]
@@ -69,7 +72,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "from_s": from_s,
         "line_m": line_m,
         "length_m": gcs.rig.config.length_m,
-        "drifts": any(thruster.kind in ("jet", "rudder") for thruster in gcs.rig.config.thrusters),
+        "drifts": drifts,
         "breaches": last.breach_count + last.breach_status,
     }
 

@@ -133,6 +133,15 @@ def test_a_hold_that_drives_off_once_it_had_settled() -> None:
     assert "drive_off" not in {one.name for one in margins_of(only_begun)}
 
 
+@pytest.mark.parametrize("name", ["rescuerunner", "sailbot"])
+def test_a_boat_that_holds_by_coming_back_has_its_alarm_circle(name: str) -> None:
+    boat = load(find(name))
+    alarm_m = boat.parameters["DP_ALARM_R"]
+    idle = np.zeros((len(T_S), 1))
+    off = replace(drifting(0.0), config=boat, parameters=boat.parameters, forces_n=idle, runaways=[False])
+    assert margin(off, "drive_off") == pytest.approx(alarm_m - 0.2 * T_S[-1], abs=1e-6)
+
+
 @pytest.mark.parametrize(("end_m", "home"), [(1.0, True), (40.0, False)])
 def test_a_boat_that_does_not_come_home(end_m: float, home: bool) -> None:
     north_m = np.interp(T_S, [0.0, 20.0, 100.0, 200.0], [0.0, 20.0, end_m, end_m])
