@@ -36,9 +36,8 @@ def test_it_stays_inside_the_fence_beside_a_beat_and_in_hold(tmp_path: Path, see
 @pytest.mark.sweep
 @pytest.mark.parametrize("wind", ["3", "8"])
 def test_it_sails_in_light_and_in_strong_wind(tmp_path: Path, wind: str) -> None:
-    outcome = sailed(tmp_path, 205, wind=wind, hold="0")
-    assert outcome.error is None, bad(outcome)
-    assert outcome.metrics["worst_miss_m"] <= 6.0
+    outcome = sailed(tmp_path, 205, wind=wind)
+    assert outcome.ok, bad(outcome)
 
 
 @pytest.mark.sweep
