@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 from types import TracebackType
 
@@ -44,11 +45,14 @@ class Companion:
         within: tuple[str, ...] = (),
         anew: bool = False,
     ) -> None:
-        self.udp_port = free_port()
+        taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        taken.bind(("127.0.0.1", 0))
+        self._udp_port = int(taken.getsockname()[1])
+        self._give_up_port = weakref.finalize(self, taken.close)
         self.tcp_port = free_port(socket.SOCK_STREAM)
         self.folder = folder
         self.links = (
-            links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
+            links if links is not None else (f"udpout:127.0.0.1:{self._udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
         )
         self._driver = driver
         self._within = within
@@ -93,6 +97,13 @@ class Companion:
             if hello or line.startswith("USV companion"):  # before it: events of the run that ended
                 hello.append(line.strip())
         return hello
+
+    @property
+    def udp_port(self) -> int:
+        """Where it sends to. Kept from other programs until a test asks for it: whoever listened there would be heard
+        as a ground station."""
+        self._give_up_port()
+        return self._udp_port
 
     @property
     def log_folder(self) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.copies import Copy, run_to_end
+from tests.protocol.process import Companion
 from tests.waiting import CAP_S
 
 pytestmark = pytest.mark.process
@@ -40,3 +42,14 @@ def test_its_end_is_told(tmp_path: Path) -> None:
     copy.communicate(CAP_S)
     assert copy.poll() == copy.wait() == -signal.SIGKILL
     copy.send_signal(signal.SIGINT)  # to nobody
+
+
+def test_nobody_else_gets_the_port_that_it_sends_to(tmp_path: Path) -> None:
+    """A program that listened there would answer, and be obeyed as a ground station."""
+    boat = Companion(tmp_path)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        port = int(boat.links[0].rpartition(":")[2])
+        with pytest.raises(OSError, match="in use"):
+            other.bind(("127.0.0.1", port))
+        other.bind(("127.0.0.1", boat.udp_port))
+        assert other.getsockname()[1] == port
