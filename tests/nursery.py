@@ -30,6 +30,7 @@ _USED_LATER = ("companion.analysis.replay", "sitl.emulators", "sitl.scenarios", 
 
 def main(channel: socket.socket) -> None:
     """Begin a copy for each request, until the asker ends. Returns in the copies only."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a person's Ctrl-C is for the asker and the copies
     while True:
         request, descriptors, _, _ = socket.recv_fds(channel, LARGEST_REQUEST, 4)
         _forget_keepers()
@@ -57,7 +58,7 @@ def _keep(streams: list[int], told: int) -> bool:
     if (copy := os.fork()) == 0:
         os.close(told)
         return True
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     for stream in streams:
         os.close(stream)
@@ -73,6 +74,7 @@ def _become(streams: list[int], arguments: list[str], environment: dict[str, str
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
