@@ -14,6 +14,9 @@
 # make lock     writes uv.lock, .ci/constraints.txt and .ci/requirements-boat.txt anew; UPGRADE=--upgrade takes the newest versions
 # Each sets up its own virtual environment in .venv, with the versions that uv.lock names.
 
+# Without bytecode each process that a test or a person starts would compile all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -21,6 +24,7 @@ CONSTRAINTS := .ci/constraints.txt
 BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
+STYLE := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports
 
 .PHONY: run test lint style types bench growth native docs results matrix scenarios wheel sbom hooks lock clean
 
@@ -28,9 +32,13 @@ run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
 
 # One process more than two cores, since many tests wait for another process; the types are checked beside them.
-test: style
-	@echo "$(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
+# The tests are imported once before, beside the linters: that leaves bytecode, which three processes would each make.
+test: $(VENV)/.installed-test
+	@echo "the linters and $(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
 	@$(BIN)/mypy & types=$$!; \
+	$(BIN)/python -m pytest -W ignore --collect-only >/dev/null 2>&1 & imported=$$!; \
+	$(STYLE) || { kill $$types $$imported; exit 1; }; \
+	wait $$imported; \
 	$(BIN)/python -m pytest -n 3 --dist worksteal -m "not sweep"; tests=$$?; \
 	wait $$types || { echo "mypy found errors: make types"; exit 1; }; \
 	exit $$tests
@@ -38,9 +46,7 @@ test: style
 lint: style types
 
 style: $(VENV)/.installed-test
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/lint-imports
+	$(STYLE)
 
 types: $(VENV)/.installed-test
 	$(BIN)/mypy
@@ -103,11 +109,12 @@ $(VENV)/.installed: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
 	$(INSTALL) --editable ".[console]"
 	@touch $@
 
-# MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless.
+# MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless. Of these packages
+# most modules are never imported: bytecode is made of the others as they are.
 $(VENV)/.installed-test: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
 	$(call TELL, and the tools of the tests)
-	$(INSTALL) --editable ".[test]"
-	$(INSTALL) --no-deps "MAVProxy==1.8.75"
+	$(INSTALL) --no-compile --editable ".[test]"
+	$(INSTALL) --no-compile --no-deps "MAVProxy==1.8.75"
 	@touch $(VENV)/.installed $@
 
 $(VENV)/.installed-docs: pyproject.toml $(CONSTRAINTS) $(VENV)/.made

@@ -21,8 +21,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # A worker holds thousands of tests and all modules: to look through them for garbage time and again takes longer than
-# many a test.
+# many a test, and there is next to none while they are collected.
 gc.set_threshold(50_000, 20, 20)
+gc.disable()
 
 settings.register_profile(
     "fixed", derandomize=True, deadline=None
@@ -49,6 +50,7 @@ def pytest_collection_finish() -> None:
     """What has been collected stays to the end."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def _long_ones_first(items: Sequence[pytest.Item], workers: int) -> list[pytest.Item]:

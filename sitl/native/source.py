@@ -26,7 +26,7 @@ _CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
 _FUTURE = "from __future__ import annotations"
 _OPEN = ("StreamDriver",)  # from which drivers of other packages inherit, which are not compiled
 _ATTRIBUTE = "@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\n"
-_DECORATOR = "@dataclass(unsafe_hash=True)\n"
+_DECORATOR = "@dataclass(unsafe_hash=True, init=False)\n"
 _VALUES = (
     *("Place", "Offset", "PositionSeen", "VelocitySeen", "HeadingSeen", "ModelStep", "LaneStep", "InertialStep"),
 )
@@ -148,11 +148,14 @@ def _dataclass(node: ast.ClassDef, edits: Edits, outermost: bool) -> list[str]:
     if any(ast.unparse(base).startswith("Generic[") for base in node.bases):
         raise ValueError(f"line {node.lineno}: a generic dataclass, which cannot be imported once compiled")
     methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}
-    edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({_options(decorator, methods)})")
     fields = [found for statement in node.body if (found := _field(statement)) is not None]
     own = not node.bases and not methods & {"__init__", "__post_init__"}
+    options = _options(decorator, methods)
     if own and fields and all(item.plain for item in fields):
         edits.insert(edits.end(node), _init(node, fields))
+        options["init"] = "False"  # else `dataclass` would compile one at import, and leave it
+    written = ", ".join(f"{name}={value}" for name, value in options.items())
+    edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({written})")
     annotations = {item.name: item.annotation for item in fields}
     return [f"setattr({node.name}, '__annotations__', {annotations!r})"] if outermost and fields else []
 
@@ -171,13 +174,13 @@ def _is_dataclass(node: ast.expr) -> bool:
     return ast.unparse(node.func if isinstance(node, ast.Call) else node) == "dataclass"
 
 
-def _options(decorator: ast.expr, methods: Container[str]) -> str:
+def _options(decorator: ast.expr, methods: Container[str]) -> dict[str, str]:
     given = decorator.keywords if isinstance(decorator, ast.Call) else []
     options = {item.arg or "": ast.unparse(item.value) for item in given}
     if options.pop("frozen", "False") == "True" and "eq" not in options and "__hash__" not in methods:
         options["unsafe_hash"] = "True"
     options.pop("slots", None)
-    return ", ".join(f"{name}={value}" for name, value in options.items())
+    return options
 
 
 def _field(statement: ast.stmt) -> _Field | None:

@@ -7,8 +7,6 @@ import contextlib
 import math
 import os
 import signal
-import subprocess
-import sys
 import tty
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +21,7 @@ from companion.leader_module.config import parse_leader
 from sitl.emulators.nmea import sentence
 from sitl.memory import MemoryStream
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
+from tests.copies import Copy
 from tests.protocol.driver import Driver
 from tests.waiting import ended
 
@@ -227,13 +226,8 @@ class LeaderProcess:
         folder.mkdir(parents=True, exist_ok=True)
         config = folder / "lead.toml"
         config.write_text(CONFIG.format(link=link, port=f"serial:{port}:115200", more=more), encoding="utf-8")
-        command = [sys.executable, "-m", "companion", "leader", str(config), f"--log={folder / 'logs'}"]
-        command.append(driver.option())
         self._driver = driver
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        assert self.process.stdout is not None
+        self.process = Copy(["leader", str(config), f"--log={folder / 'logs'}", driver.option()])
         self.hello = [self.process.stdout.readline().strip() for _ in range(4)]
 
     @property
@@ -248,7 +242,6 @@ class LeaderProcess:
         ]
 
     def press(self, keys: str) -> None:
-        assert self.process.stdin is not None
         self.process.stdin.write(keys)
         self.process.stdin.flush()
 

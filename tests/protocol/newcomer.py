@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import pty
 import select
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.vessel import VesselConfig, load, parse
+from tests.copies import run_to_end
 from tests.protocol.process import Companion
 from tests.waiting import CAP_S
 
@@ -162,7 +162,7 @@ def sail(folder: Path, speed: float, tell: Callable[[str], None] = print) -> Sai
     file = folder / "my_cat.toml"
     answered(file)
     written = file.read_bytes()
-    check = subprocess.run([sys.executable, "-m", "companion", "check", str(file)], capture_output=True, text=True)
+    check = run_to_end("check", str(file))
     assert check.returncode == 0, check.stdout + check.stderr
     tell(check.stdout.strip())
     with Companion(folder, speed, ("--wind=3@200", "--current=0.1@70"), vessel=str(file)) as companion:

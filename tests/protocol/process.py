@@ -9,9 +9,11 @@ import signal
 import socket
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 from types import TracebackType
 
+from tests.copies import Copy
 from tests.protocol.driver import Driver
 from tests.waiting import ended, wait_until
 
@@ -27,8 +29,9 @@ class Companion:
     """`companion run VESSEL --sitl`, or of a `vessel` that is a file without the plant, on free ports: UDP towards
     `udp_port`, TCP listening on `tcp_port`.
 
-    With a `driver` its time is the test's, else that of the wall, `speed` times as fast. `within`: a command that runs
-    this one, as that of an `Island`.
+    With a `driver` its time is the test's, else that of the wall, `speed` times as fast. It begins as a copy of a process
+    that has loaded its modules; `anew`, or `within` a command that runs this one, as that of an `Island`, as
+    `python -m companion`.
     """
 
     def __init__(
@@ -40,35 +43,48 @@ class Companion:
         vessel: str | Path = "revolt",
         driver: Driver | None = None,
         within: tuple[str, ...] = (),
+        anew: bool = False,
     ) -> None:
-        self.udp_port = free_port()
+        taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        taken.bind(("127.0.0.1", 0))
+        self._udp_port = int(taken.getsockname()[1])
+        self._give_up_port = weakref.finalize(self, taken.close)
         self.tcp_port = free_port(socket.SOCK_STREAM)
         self.folder = folder
         self.links = (
-            links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
+            links if links is not None else (f"udpout:127.0.0.1:{self._udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
         )
         self._driver = driver
         self._within = within
+        self._anew = anew or bool(within)
         self._what = (str(vessel),) if isinstance(vessel, Path) else (vessel, "--sitl", f"--speed={speed}")
         self.extra = extra
-        self.process: subprocess.Popen[str] | None = None
+        self.process: subprocess.Popen[str] | Copy | None = None
         self.hello: list[str] = []
 
     def start(self) -> Companion:
         """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends
         instead."""
-        command = [*self._within, sys.executable, "-m", "companion", "run", *self._what]
-        command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
+        arguments = ["run", *self._what]
+        arguments += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
         for link in self.links:
-            command += ["--link", link]
+            arguments += ["--link", link]
         if self._driver is not None:
-            command.append(self._driver.option())
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self.process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-        )
+            arguments.append(self._driver.option())
+        self.process = self._begun(arguments)
         self.hello = self.read_hello()
         return self
+
+    def _begun(self, arguments: list[str]) -> subprocess.Popen[str] | Copy:
+        if not self._anew:
+            return Copy(arguments)
+        return subprocess.Popen(
+            [*self._within, sys.executable, "-m", "companion", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
 
     def read_hello(self) -> list[str]:
         """The first lines of the process, or of one that has begun anew in its place."""
@@ -81,6 +97,13 @@ class Companion:
             if hello or line.startswith("USV companion"):  # before it: events of the run that ended
                 hello.append(line.strip())
         return hello
+
+    @property
+    def udp_port(self) -> int:
+        """Where it sends to. Kept from other programs until a test asks for it: whoever listened there would be heard
+        as a ground station."""
+        self._give_up_port()
+        return self._udp_port
 
     @property
     def log_folder(self) -> Path:

@@ -6,8 +6,6 @@ import csv
 import os
 import re
 import socket
-import subprocess
-import sys
 import threading
 import tty
 from collections.abc import Iterator
@@ -18,6 +16,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.vessel import find
+from tests.copies import Copy
 from tests.waiting import ended
 
 pytestmark = pytest.mark.process
@@ -107,11 +106,10 @@ def test_the_loop_goes_on_whatever_the_ports_do(tmp_path: Path) -> None:
         assert re.search(rf"{device}: .*{trouble}", said), said
 
 
-def started(vessel: str, folder: Path, link: str) -> subprocess.Popen[str]:
+def started(vessel: str, folder: Path, link: str) -> Copy:
     """`companion run` for eight seconds: the first texts come after five."""
-    command = [sys.executable, "-m", "companion", "run", vessel, "--duration", "8", "--link", link]
-    command += ["--state", str(folder / "state"), "--log", str(folder / "logs")]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    arguments = ["run", vessel, "--duration", "8", "--link", link]
+    return Copy([*arguments, "--state", str(folder / "state"), "--log", str(folder / "logs")])
 
 
 def ticks(printed: str) -> int:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import signal
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,6 +18,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.record.signing_file import write_signing
 from tests.browser import Browser, needs_browser
+from tests.copies import Copy
 from tests.protocol.process import Companion
 from tests.unit.console.recorded import REVOLT, write_log
 from tests.waiting import CAP_S, ended, wait_until
@@ -33,12 +31,7 @@ class ConsoleProcess:
     """`companion console` with these arguments, on a free port."""
 
     def __init__(self, *arguments: str) -> None:
-        command = [sys.executable, "-m", "companion", "console", "--port=0", *arguments]
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self.process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-        )
-        assert self.process.stdout is not None
+        self.process = Copy(["console", "--port=0", *arguments])
         first = self.process.stdout.readline()
         assert first.startswith("console: "), f"{first} {self.process.communicate()}"
         self.url = first.split()[1]

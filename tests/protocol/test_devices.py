@@ -28,6 +28,7 @@ from companion.io.transport.urls import PortUrl
 from sitl.device_ports import PtyPort, device_port
 from sitl.plant_process import PlantProcess, serve_devices
 from sitl.world import World, WorldConditions
+from tests.copies import run_to_end as companion
 from tests.waiting import run_to_end
 
 AIS = b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n"
@@ -42,10 +43,6 @@ SPOKEN = {
     "usv-lidar": (b"\x5a\xa5\x10\x7f\x93" * 16, 0.02),
     "usv-stepper": (b"", 9.0),
 }
-
-
-def companion(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return run_to_end([sys.executable, "-m", "companion", *arguments])
 
 
 def vessel() -> VesselConfig:

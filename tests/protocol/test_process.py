@@ -9,7 +9,6 @@ import itertools
 import json
 import signal
 import socket
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,15 +16,12 @@ import pytest
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mavlink
 
+from tests.copies import run_to_end as companion
 from tests.protocol.driver import Driver
 from tests.protocol.process import Companion, free_port
 from tests.waiting import CAP_S, run_to_end, wait_until
 
 pytestmark = pytest.mark.process
-
-
-def companion(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return run_to_end([sys.executable, "-m", "companion", *arguments])
 
 
 def heard(port_socket: socket.socket, kind: str) -> bool:
@@ -88,7 +84,7 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
         and "seral:" in done.stderr
     )
     assert "parameters.PATH_BW_SURGE" in done.stderr and "allowed 0.05 to 3 rad/s" in done.stderr
-    assert companion("check", "revolt").returncode == 0
+    assert run_to_end([sys.executable, "-m", "companion", "check", "revolt"]).returncode == 0
 
 
 def test_a_link_that_obeys_anybody_is_said(tmp_path: Path) -> None:
@@ -132,7 +128,7 @@ def test_missing_devices_are_said_and_the_boat_keeps_waiting_for_them(tmp_path: 
             "--log",
             str(tmp_path / "l"),
         )
-        done = companion(*arguments, "--duration", "2")
+        done = run_to_end([sys.executable, "-m", "companion", *arguments, "--duration", "2"])
         assert done.returncode == 0, done.stderr
         assert heard(station, "HEARTBEAT")
     rows = list(csv.DictReader(next((tmp_path / "l").glob("*/ticks.csv")).read_text(encoding="utf-8").splitlines()))
@@ -145,7 +141,7 @@ def test_missing_devices_are_said_and_the_boat_keeps_waiting_for_them(tmp_path: 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_every_signal_that_ends_it_ends_it_in_order(tmp_path: Path, number: signal.Signals) -> None:
-    boat = Companion(tmp_path, speed=5.0)
+    boat = Companion(tmp_path, speed=5.0, anew=True)
     with boat:
         assert boat.process is not None
         wait_until(lambda: boat.now_s > 1.0, "the first ticks")
@@ -154,7 +150,7 @@ def test_every_signal_that_ends_it_ends_it_in_order(tmp_path: Path, number: sign
 
 
 def test_two_companions_side_by_side(tmp_path: Path) -> None:
-    first, second = Companion(tmp_path / "a", speed=5.0), Companion(tmp_path / "b", speed=5.0)
+    first, second = (Companion(tmp_path / name, speed=5.0, anew=True) for name in "ab")
     with (
         first,
         second,

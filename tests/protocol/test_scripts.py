@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
 
 from companion.config.vessel import find
+from tests.copies import run_to_end
 from tests.protocol.process import Companion
-from tests.waiting import run_to_end, wait_until
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.process
 
@@ -64,9 +64,7 @@ def test_scripts_of_the_vessel_file_do_what_they_may(tmp_path: Path) -> None:
         assert wait_until(lambda: boat.rows()[-1]["mode"] == "Hold", "Hold, as the sailor asked")
         by_hand = tmp_path / "by_hand.py"
         by_hand.write_text("def main(boat):\n    print(boat.parameter('WP_SPEED'), boat.arguments)\n", encoding="utf-8")
-        ran = run_to_end(
-            [sys.executable, "-m", "companion", "script", str(by_hand), "x", "--state", str(tmp_path / "state")]
-        )
+        ran = run_to_end("script", str(by_hand), "x", "--state", str(tmp_path / "state"))
         assert ran.returncode == 0 and "0.7" in ran.stdout and "('x',)" in ran.stdout and "has ended" in ran.stdout
 
 
@@ -78,5 +76,5 @@ def test_a_script_that_cannot_be_run_is_told_in_one_line(tmp_path: Path) -> None
         ((str(file), "--state", str(tmp_path)), "no companion runs"),
         ((str(file), "--system-id", "0"), "1 to 255"),
     ):
-        ran = run_to_end([sys.executable, "-m", "companion", "script", *words])
+        ran = run_to_end("script", *words)
         assert ran.returncode == 2 and reason in ran.stderr and ran.stderr.count("\n") == 1

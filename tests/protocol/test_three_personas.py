@@ -107,14 +107,9 @@ class GenericStation:
 @contextmanager
 def all_three(folder: Path) -> Iterator[tuple[System, MavProxy, GenericStation]]:
     rover, plain = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_STREAM)
-    udp = free_port()
-    links = (
-        f"udpout:127.0.0.1:{udp}",
-        f"tcpin:127.0.0.1:{rover}?dialect=ardupilot",
-        f"tcpin:127.0.0.1:{plain}?dialect=generic",
-    )
-    boat = Companion(folder, speed=5.0, links=links)
-    boat.udp_port = udp
+    boat = Companion(folder, speed=5.0)
+    others = (f"tcpin:127.0.0.1:{rover}?dialect=ardupilot", f"tcpin:127.0.0.1:{plain}?dialect=generic")
+    boat.links = (boat.links[0], *others)
     with boat, connected(boat) as system, MavProxy(f"tcp:127.0.0.1:{rover}", folder / "mavproxy") as proxy:
         generic = GenericStation(plain)
         try:

@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import csv
-import os
 import select
 import signal
 import socket
-import subprocess
-import sys
 import time
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from companion.config.vessel import VesselConfig, find, load
+from tests.copies import Copy
 from tests.protocol.driver import Driver
 from tests.waiting import ended
 
@@ -40,7 +38,7 @@ class TwoProcesses:
         self._socket.setblocking(False)
         self._peer: Any = None
         self._start_s = 0.0
-        self._processes: list[subprocess.Popen[str]] = []
+        self._processes: list[Copy] = []
         self.hello: list[str] = []
         self.said = ""  # what the companion printed at its end
 
@@ -72,7 +70,6 @@ class TwoProcesses:
     def type(self, text: str) -> float:
         """On the plant's console; returns the time at which it was typed."""
         stdin = self._processes[0].stdin
-        assert stdin is not None
         stdin.write(text + "\n")
         stdin.flush()
         return self.now_s
@@ -131,15 +128,8 @@ class TwoProcesses:
             assert all(code == 0 and not errors for code, _, errors in ends), ends
         self.said = ends[-1][1]
 
-    def _start(self, arguments: list[str]) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "companion", *arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        )
+    def _start(self, arguments: list[str]) -> Copy:
+        process = Copy(arguments)
         self._processes.append(process)
         return process
 
@@ -157,9 +147,8 @@ class TwoProcesses:
         return ends[::-1]
 
 
-def _lines(process: subprocess.Popen[str], until: str) -> list[str]:
+def _lines(process: Copy, until: str) -> list[str]:
     """What it says first. Raises RuntimeError with what it said if it ends instead."""
-    assert process.stdout is not None
     lines: list[str] = []
     while not lines or not lines[-1].startswith(until):
         line = process.stdout.readline()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,13 @@ def test_forms_are_the_same(both: list[Any]) -> None:
     written, changed = both
     for a, b in ((1.5, 2.25), (-3.0, 0.125), (7.0, 7.0)):
         assert written.forms(a, b) == changed.forms(a, b)
+
+
+def test_a_class_with_its_constructor_written_gets_no_other_at_import() -> None:
+    text = prepared(MODULE)
+    decorated = {name: given for given, name in re.findall(r"@dataclass\((.*)\)\nclass (\w+)", text)}
+    assert {name for name, given in decorated.items() if "init=False" in given} == {"Point", "Same", "Place"}
+    assert "Bag" in decorated and text.count("def __init__") == 3
 
 
 def test_forms_that_mypyc_makes_slow_are_gone() -> None:
