@@ -20,8 +20,8 @@ _LEAD_RAD = math.radians(100.0)  # by which the bow is led in a turn before the 
 _TACK_LEAD_RAD = math.radians(30.0)  # in a turn through the wind: a rudder hard over takes the way that it needs
 _ARRIVED_RAD = 0.1
 _BACK_S, _BACK_RAD = 3.0, math.radians(5.0)  # a bow that has fallen back so far after that time does not get through
-_GATHER_S, _BEAR_AWAY_RAD = 8.0, math.radians(10.0)
-WAY_SHARE = 0.14  # of the wind: a slower boat does not get through it
+_GATHER_S, _BEAR_AWAY_RAD = 12.0, math.radians(15.0)
+WAY_SHARE = 0.165  # of the wind: a slower boat does not get through it
 _LUFFS_RAD = math.radians(30.0)  # off the wind, where a turn through it goes on with the sheet free
 
 

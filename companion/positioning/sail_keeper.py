@@ -12,7 +12,7 @@ from companion.guidance.sail_turn import WAY_SHARE
 from companion.params.store import Parameters
 
 _ACROSS_SHARE = 0.45  # of the watch circle: how far to either side of the point the boat sails
-_TACKS = 1.3  # of the way that a tack needs
+_TACKS = 1.1  # of the way that a tack needs
 _ABOVE_SHARE = 0.15  # of the watch circle: how far upwind of the point it aims, since turns and leeway lose way
 
 
