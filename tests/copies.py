@@ -1,6 +1,6 @@
-"""The companion as a process of its own that begins as a copy of one that has loaded its modules (`tests/nursery.py`):
-the same program, without the processor second in which they are loaded. What is tested of the beginning itself starts
-`python -m companion`."""
+"""The companion as a process of its own that begins as a copy of one that has loaded its modules
+(`tests/fork_server.py`): the same program, without the processor second in which they are loaded. What is tested of
+the beginning itself starts `python -m companion`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO, Any
 
-from tests.nursery import LARGEST_REQUEST
+from tests.fork_server import LARGEST_REQUEST
 from tests.waiting import ended
 
 ROOT = Path(__file__).parents[1]
@@ -43,7 +43,7 @@ class Copy:
         }
         data = json.dumps(request).encode()
         assert len(data) < LARGEST_REQUEST
-        socket.send_fds(_nursery(), [data], far)
+        socket.send_fds(_fork_server(), [data], far)
         for descriptor in far:
             os.close(descriptor)
         self.stdin: IO[str] = os.fdopen(near[0], "w", encoding="utf-8")
@@ -113,11 +113,11 @@ def _ready(streams: list[Any], timeout_s: float) -> list[Any]:
 
 
 @cache
-def _nursery() -> socket.socket:
+def _fork_server() -> socket.socket:
     """The way to the process that is copied, which lives as long as this one."""
     near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     with far:
-        command = [sys.executable, "-m", "tests.nursery", str(far.fileno())]
+        command = [sys.executable, "-m", "tests.fork_server", str(far.fileno())]
         process = subprocess.Popen(command, cwd=ROOT, pass_fds=[far.fileno()], stdin=subprocess.DEVNULL)
     atexit.register(_end, near, process)
     return near

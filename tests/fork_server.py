@@ -4,7 +4,7 @@ It has one thread and opens nothing, so that a copy is a process as new as one o
 between the two, for the one that asks is not the parent of the copy and cannot wait for it: it tells by a pipe which
 process began, and how it ended.
 
-Usage: python -m tests.nursery DESCRIPTOR, one end of a pair of sockets that keep the borders of messages.
+Usage: python -m tests.fork_server DESCRIPTOR, one end of a pair of sockets that keep the borders of messages.
 """
 
 from __future__ import annotations
