@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from companion.config.vessel import VesselConfig
+from companion.config.yaw_limit import YawLimit
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
@@ -70,6 +71,7 @@ class Controller:
         """`baseline`, `baseline_tracking`: the theses' laws, which DP_LAW 1 and WP_LAW 1 choose; None: not
         available."""
         self._config = config
+        self._yaw_limit = YawLimit(config)
         self._yaw = yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
@@ -220,8 +222,10 @@ class Controller:
 
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits
+        surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
+        yaw_nm = self._yaw_limit.nm(surge_n)
         return Wrench(
-            min(limits.surge_n, max(-limits.surge_n, wrench.surge_n)),
+            surge_n,
             min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)),
-            min(limits.yaw_nm, max(-limits.yaw_nm, wrench.yaw_nm)),
+            min(yaw_nm, max(-yaw_nm, wrench.yaw_nm)),
         )
