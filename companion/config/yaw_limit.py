@@ -12,22 +12,44 @@ from companion.config.dimensions.limits import figures, turning_nm
 from companion.config.vessel import VesselConfig
 
 _STEPS = 16  # of the table, up to the largest force ahead
+_LESS = 0.5  # of a step, by which the force ahead is lowered
 _BY_HAND = 0.01  # a limit of the file that differs so much from that of the thrusters is somebody's choice, and stays
 
 
 class YawLimit:
-    """`nm(surge_n)` → Nm. It never changes. It is `limits.yaw_nm` at any speed, except for a boat that only fixed
-    thrusters turn."""
+    """`nm(surge_n)` → Nm. `most_nm`: the largest beside any force ahead. It never changes.
+
+    It is `limits.yaw_nm` beside any force, except for a boat that only fixed thrusters turn."""
 
     def __init__(self, config: VesselConfig) -> None:
         limits, thrusters = config.limits, config.thrusters
         self._least_nm, self._most_n = limits.yaw_nm, limits.surge_n
         self._table: list[float] = []
+        self._strongest = 0  # place in the table of the largest moment
         if limits.sway_n > 0.0 or any(thruster.kind != "fixed" for thruster in thrusters):
             return
         at_rest_nm = figures(thrusters)[2].value
         if math.isclose(at_rest_nm, limits.yaw_nm, rel_tol=_BY_HAND):
             self._table = [turning_nm(thrusters, self._most_n * i / _STEPS) for i in range(_STEPS + 1)]
+            self._strongest = self._table.index(max(self._table))
+
+    @property
+    def most_nm(self) -> float:
+        """The largest moment to either side."""
+        return max(self._least_nm, self._table[self._strongest]) if self._table else self._least_nm
+
+    def within(self, surge_n: float, yaw_nm: float) -> tuple[float, float]:
+        """The force ahead and the moment that the boat can have at once: the moment within its limit, and the force
+        less where that gives more of the moment. Without its heading the boat would lose its way too."""
+        wanted_nm = abs(yaw_nm)
+        if self._table and wanted_nm > self.nm(surge_n):
+            i, step_n = self._strongest, self._most_n / _STEPS
+            while surge_n > step_n * i:
+                surge_n = max(step_n * i, surge_n - _LESS * step_n)
+                if self.nm(surge_n) >= wanted_nm:
+                    break
+        most_nm = self.nm(surge_n)
+        return surge_n, min(most_nm, max(-most_nm, yaw_nm))
 
     def nm(self, surge_n: float) -> float:
         """The largest moment to either side beside that force ahead."""

@@ -85,7 +85,7 @@ class Controller:
         self._predictive = PredictiveControl(config, parameters)
         self._other_law: TrackingLaw | None = None  # the law in use under way, if it is not `_tracking`
         self._heading = HeadingControl(yaw)
-        self._bias = BiasForce(config.limits)
+        self._bias = BiasForce(config.limits, self._yaw_limit.most_nm)
         self._demanded: Wrench | None = None
 
     def reset(self) -> None:
@@ -223,9 +223,5 @@ class Controller:
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits
         surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
-        yaw_nm = self._yaw_limit.nm(surge_n)
-        return Wrench(
-            surge_n,
-            min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)),
-            min(yaw_nm, max(-yaw_nm, wrench.yaw_nm)),
-        )
+        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm)
+        return Wrench(surge_n, min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)), yaw_nm)

@@ -29,6 +29,21 @@ def test_it_is_never_less_than_at_rest() -> None:
     assert min(limit.nm(0.01 * i * WAMV.limits.surge_n) for i in range(120)) == WAMV.limits.yaw_nm
 
 
+def test_for_its_heading_the_boat_slows_down() -> None:
+    limit = YawLimit(WAMV)
+    strongest_n = max(range(450), key=lambda n: limit.nm(float(n)))
+    assert limit.within(400.0, 240.0) == (pytest.approx(210.0, abs=20.0), 240.0)  # as little as needed
+    surge_n, yaw_nm = limit.within(400.0, -900.0)
+    assert surge_n == pytest.approx(strongest_n, abs=30.0) and yaw_nm == -limit.nm(surge_n)
+    assert abs(yaw_nm) == pytest.approx(limit.most_nm, rel=0.02)
+
+
+def test_a_moment_that_fits_costs_no_way() -> None:
+    limit = YawLimit(WAMV)
+    assert limit.within(100.0, 200.0) == (100.0, 200.0) and limit.within(-100.0, 400.0) == (-100.0, 185.4)
+    assert limit.within(300.0, -180.0) == (300.0, -180.0)
+
+
 def flat(config: VesselConfig) -> bool:
     return YawLimit(config).nm(0.3 * config.limits.surge_n) == config.limits.yaw_nm
 
