@@ -91,13 +91,7 @@ def run(
     """
     config = load(find(vessel or scenario.vessel))
     settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
-    refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
-    if refused is None and "leader" in scenario.defaults:
-        refused = outrun(config, settings["leader"])
-    if refused is None and "hull" in scenario.defaults:
-        refused = other_hull(config, settings["hull"])
-    if refused is None and settings.get("magnetometer"):
-        refused = magnetometer(config)
+    refused = _refusal(scenario, config, settings)
     if refused is not None:
         raise ScenarioError(f"{scenario.name} is not for {config.name}: {refused}")
     unknown = set(settings) - set(scenario.defaults)
@@ -135,6 +129,18 @@ def run(
     )
     _write(folder, outcome, conditions, settings)
     return outcome
+
+
+def _refusal(scenario: Scenario, config: VesselConfig, settings: Settings) -> str | None:
+    """Why the boat cannot do the scenario with these settings, in one sentence with the remedy; None where it can."""
+    refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
+    if refused is None and "leader" in scenario.defaults:
+        refused = outrun(config, settings["leader"])
+    if refused is None and "hull" in scenario.defaults:
+        refused = other_hull(config, settings["hull"])
+    if refused is None and settings.get("magnetometer"):
+        refused = magnetometer(config)
+    return refused
 
 
 def _measured(

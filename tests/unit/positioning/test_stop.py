@@ -15,6 +15,7 @@ from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.stop import Stop
+from tests.unit.rudder_boat import SKIFF
 
 REST_MPS = 0.2
 
@@ -96,3 +97,11 @@ def test_a_jet_holds_where_it_has_coasted_to(rest_m: float) -> None:
         assert isinstance(keeper.update(at(float(north_m), 5.0), None, 8.0, 0.05), WrenchSetpoint)
     keeper.update(at(rest_m, 1.0), None, 8.0, 0.05)
     assert keeper.target[0] == rest_m
+
+
+def test_a_rudder_is_not_asked_to_hold_the_heading_while_the_boat_brakes() -> None:
+    """It would do so by thrust ahead: a barge drove on for 10 m, over its fence."""
+    keeper = BowKeeper(SKIFF, Parameters(SKIFF.parameters))
+    keeper.start(at(0.0, 1.4))
+    turned = keeper.update(at(1.0, 1.0, yaw_rad=0.6), None, 1.0, 0.1)
+    assert isinstance(turned, PathSetpoint) and turned.surge_mps == 0.0 and turned.yaw_rad == 0.6
