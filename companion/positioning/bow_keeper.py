@@ -90,6 +90,8 @@ class BowKeeper:
         """Brake, and hold the point where the boat comes to rest."""
         self._point = stopping_point(nav, self._parameters)
         self._stop.begin(nav, self._point)
+        if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
+            self._point = nav.north_m, nav.east_m
         self._heading_rad = nav.yaw_rad
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()

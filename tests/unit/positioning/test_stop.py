@@ -78,6 +78,13 @@ def test_two_motors_brake_with_all_they_have_and_hold_there() -> None:
     assert keeper.target[:2] == (2.0, 0.0) and keeper.arrived
 
 
+def test_a_boat_that_only_drifts_aside_holds_where_it_is() -> None:
+    """The point was planned 2.4 m on, by a braking aside that it has no thrust for: towards a fence."""
+    keeper = otter()
+    keeper.start(replace(at(0.0, 0.1), sway_mps=0.42, east_mps=0.42))
+    assert keeper.target[:2] == (0.0, 0.0)
+
+
 def test_a_point_that_is_given_is_held_at_once() -> None:
     keeper = otter()
     keeper.start(at(0.0, 2.0))
