@@ -19,8 +19,6 @@ _REST_MPS = 0.2  # along the hull: slow enough to hold where the boat is
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
 _DRIFT_TIME_S = 15.0
-# A boat whose propeller has stood so long moves over ground as the drift does; what it saw then counts for so long.
-_COASTED_S, _REMEMBERED_S = 4.0, 90.0
 _WRONG_RAD, _RIGHT_RAD = math.radians(75.0), math.radians(20.0)  # from the weather: to begin and end a turn
 _TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
 _STEEPEST_RAD = math.radians(46.0)
@@ -56,8 +54,8 @@ class BowKeeper:
 
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
 
-    Remembers the hold point, the heading to lie at, the drift and how it was seen, whether the boat is stopping or
-    coming back, and whether it lets itself be carried.
+    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, and whether
+    it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -72,8 +70,6 @@ class BowKeeper:
         self._least_mps = _LEAST_DRIFT_MPS
         self._returning = self._turning = self._coasting = False
         self._arrived = False
-        self._coasted_s = 0.0
-        self._seen_s = math.inf  # since it last moved as the drift does
         self._stop = Stop(_REST_MPS)
 
     @property
@@ -97,7 +93,6 @@ class BowKeeper:
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
         self._returning = self._turning = self._coasting = self._arrived = False
-        self._coasted_s, self._seen_s = 0.0, math.inf
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
@@ -194,13 +189,8 @@ class BowKeeper:
         return math.atan2(-east, -north) if math.hypot(north, east) >= self._least_mps else None
 
     def _see_drift(self, nav: NavState, dt_s: float) -> None:
-        """The drift by the estimated current and the wind. Without thrust the boat itself shows it: where wind and
-        current set against each other, the estimate may have the wrong sign."""
-        self._coasted_s = self._coasted_s + dt_s if self._coasting else 0.0
-        coasts = self._coasted_s > _COASTED_S
-        self._seen_s = 0.0 if coasts else self._seen_s + dt_s
-        seen = (nav.north_mps, nav.east_mps) if coasts else _drift(nav)
-        if seen is None or 0.0 < self._seen_s < _REMEMBERED_S:
+        seen = _drift(nav)
+        if seen is None:
             return
         self._least_mps = max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
         share = dt_s / (dt_s + _DRIFT_TIME_S)

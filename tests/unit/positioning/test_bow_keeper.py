@@ -11,14 +11,12 @@ from companion.control.controller import Controller
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
-from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.core.setpoint import PathSetpoint
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from sitl.hull import Hull
 from sitl.thrusters import build
-from tests.unit.estimates import AT_REST
-from tests.unit.rudder_boat import SKIFF
 
 OTTER = load(find("otter"))
 
@@ -144,17 +142,3 @@ def test_a_boat_that_drifts_away_turns_to_its_point_while_still_inside_the_circl
     assert keeper.update(carried, None, 1.0, 0.1).yaw_rad == pytest.approx(-0.5 * math.pi)
     near = replace(at(east_m=1.0, yaw_rad=math.pi, current=stream), east_mps=0.1)
     assert abs(held(at(current=stream)).update(near, None, 1.0, 0.1).yaw_rad) > math.radians(130.0)
-
-
-def test_a_boat_that_stands_in_the_stream_believes_its_own_drift() -> None:
-    """Wind against current: the estimate had the wrong sign, and the boat waited to be carried back until it was out of
-    its watch circle."""
-    keeper = BowKeeper(SKIFF, Parameters(SKIFF.parameters, table_of(SKIFF)))
-    nav = replace(AT_REST, current_north_mps=0.0, current_east_mps=0.1, yaw_rad=-0.5 * math.pi)
-    keeper.start(nav)
-    keeper.hold(0.0, 0.0, 0.0, None)
-    stood = []
-    for i in range(300):
-        moved = replace(nav, east_m=-1.5 - 0.015 * i, east_mps=-0.15, surge_mps=0.15)
-        stood.append(isinstance(keeper.update(moved, None, 1.0, 0.1), WrenchSetpoint))
-    assert all(stood[:100]) and not stood[-1]
