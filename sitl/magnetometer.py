@@ -11,6 +11,7 @@ from companion.core.geomagnetism import decimal_year, field_nt
 from sitl.noise import Normals, stream
 from sitl.sensor_errors import Aboard, current_field
 
+MAGNETIC_DRIVER = "mtdata2"  # of sensors whose magnetometer is simulated
 _WHITE = 0.004  # noise of one sample, as a share of the field
 _LEFT_OFFSET = 0.002  # hard iron left by a calibration, as a share of the field
 _LEFT_MATRIX = 0.002  # soft iron left by a calibration, in each element
@@ -65,13 +66,13 @@ class MagnetometerModel:
 def with_magnetometer(vessel: VesselConfig) -> VesselConfig:
     """The same vessel with its inertial sensor's magnetometer as the only compass, and with iron aboard. Raises
     ConfigError for a vessel without such a sensor."""
-    if not any(sensor.driver == "mtdata2" for sensor in vessel.sensors):
-        raise ConfigError([f"{vessel.name}: no sensor with a magnetometer (driver mtdata2)"])
+    if not any(sensor.driver == MAGNETIC_DRIVER for sensor in vessel.sensors):
+        raise ConfigError([f"{vessel.name}: no sensor with a magnetometer (driver {MAGNETIC_DRIVER})"])
     return replace(vessel, sensors=tuple(_single(sensor) for sensor in vessel.sensors))
 
 
 def _single(sensor: SensorConfig) -> SensorConfig:
-    if sensor.driver != "mtdata2":
+    if sensor.driver != MAGNETIC_DRIVER:
         return replace(sensor, antennas=1)
     offset, matrix = (sensor.mag_offset, sensor.mag_matrix) if any(sensor.mag_offset) else (_OFFSET, _MATRIX)
     wander_rad = sensor.heading_wander_rad or math.radians(1.0)

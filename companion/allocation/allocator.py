@@ -282,11 +282,15 @@ class Allocator(_AllocatorBase):
         share = math.hypot(*ideal) / t.max_n
         idle = abs(self._forces[i]) < _IDLE_SHARE * t.max_n
         asked = min(1.0, share / _IDLE_SHARE)
-        if (idle or self._short) and asked > 0.5:
+        worth = asked > 0.5 or (self._short and self._missing > _LEAST_WORTH)
+        if worth and (idle or self._short):
             direction_rad = math.atan2(ideal[1], ideal[0])
             problem.preferred_rad[i], reverse = self._aim(i, t, direction_rad)
             if reverse and self._alone and self._missing > _WORTH_A_TURN and math.hypot(*ideal) > -t.min_n:
-                problem.preferred_rad[i], reverse = t.sectors.nearest(direction_rad, present), False  # stronger ahead
+                ahead_rad = t.sectors.nearest(direction_rad, present)
+                gives_n = -t.min_n * math.cos(problem.preferred_rad[i] - direction_rad - math.pi)
+                if t.max_n * math.cos(ahead_rad - direction_rad) > gives_n:
+                    problem.preferred_rad[i], reverse = ahead_rad, False
             problem.preferred_weight[i] = _PULL * asked
             self._consider_crossing(i, t, problem.preferred_rad[i], reverse, dt_s)
         elif idle:

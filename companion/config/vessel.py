@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar
 from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from companion.config.actuators import BridgeRow
+from companion.config.actuators.mavlink_servo import MavlinkServoConfig
 from companion.config.bridge_checks import bridge_problems
 from companion.config.chart import ChartConfig, placed_charts
 from companion.config.devices import (
@@ -506,7 +507,10 @@ def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
 def with_camera(config: VesselConfig) -> VesselConfig:
     """The same vessel with a camera on a relay of its first bridge, for trials."""
     first = config.actuators[0]
-    bridges = (replace(first, relays=(*first.relays, "shutter")), *config.actuators[1:])
+    wired = replace(first, relays=(*first.relays, "shutter"))
+    if isinstance(wired, MavlinkServoConfig) and wired.mavlink is not None:
+        wired = replace(wired, mavlink=wired.mavlink.with_another_relay())
+    bridges = (wired, *config.actuators[1:])
     relay, camera = RelayConfig("shutter", while_disarmed=True), CameraConfig("downward", "relay", relay="shutter")
     return replace(config, relays=(*config.relays, relay), actuators=bridges, cameras=(*config.cameras, camera))
 

@@ -18,10 +18,12 @@ class BiasForce:
     """A force in north and east and a moment, to add to the demanded wrench. The force stays fixed in NED while the
     boat turns. All laws share one bias, so that a change of law causes no bump."""
 
-    __slots__ = ("_east_n", "_limits", "_north_n", "_yaw_nm")
+    __slots__ = ("_east_n", "_limits", "_most_nm", "_north_n", "_yaw_nm")
 
-    def __init__(self, limits: LimitsConfig) -> None:
+    def __init__(self, limits: LimitsConfig, most_nm: float | None = None) -> None:
+        """`most_nm`: the largest moment under way; None: `limits.yaw_nm`."""
         self._limits = limits
+        self._most_nm = limits.yaw_nm if most_nm is None else most_nm
         self.reset()
 
     def reset(self) -> None:
@@ -37,7 +39,7 @@ class BiasForce:
         """Integrate rates in body axes (N/s, N/s, Nm/s) over `dt_s`, within the limits."""
         x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
         limits = self._limits
-        bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * limits.sway_n, _SHARE * limits.yaw_nm
+        bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * limits.sway_n, _SHARE * self._most_nm
         x = min(bound_x, max(-bound_x, x + surge_nps * dt_s))
         y = min(bound_y, max(-bound_y, y + sway_nps * dt_s))
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)

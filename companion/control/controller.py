@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from companion.config.vessel import VesselConfig
+from companion.config.yaw_limit import YawLimit
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
@@ -70,6 +71,7 @@ class Controller:
         """`baseline`, `baseline_tracking`: the theses' laws, which DP_LAW 1 and WP_LAW 1 choose; None: not
         available."""
         self._config = config
+        self._yaw_limit = YawLimit(config)
         self._yaw = yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
@@ -83,7 +85,7 @@ class Controller:
         self._predictive = PredictiveControl(config, parameters)
         self._other_law: TrackingLaw | None = None  # the law in use under way, if it is not `_tracking`
         self._heading = HeadingControl(yaw)
-        self._bias = BiasForce(config.limits)
+        self._bias = BiasForce(config.limits, self._yaw_limit.most_nm)
         self._demanded: Wrench | None = None
 
     def reset(self) -> None:
@@ -220,8 +222,6 @@ class Controller:
 
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits
-        return Wrench(
-            min(limits.surge_n, max(-limits.surge_n, wrench.surge_n)),
-            min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)),
-            min(limits.yaw_nm, max(-limits.yaw_nm, wrench.yaw_nm)),
-        )
+        surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
+        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm)
+        return Wrench(surge_n, min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)), yaw_nm)

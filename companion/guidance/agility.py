@@ -9,12 +9,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from companion.config.hull import AIR_KGPM3, HullConfig, WindageConfig
 from companion.config.vessel import VesselConfig
+from companion.guidance.bend_speed import steady_turn_radps
 
 _KEPT_SHARE = 0.1  # of the surge limit, never planned with
 _LEAST_MPS2 = 0.02
-_LEAST_TURN_RADPS = math.radians(2.0)
+_LEAST_TURN_RADPS, _MOST_TURN_RADPS = math.radians(2.0), math.pi / 2.0
+_SPEEDS = 16  # of the table of yaw rates
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +67,18 @@ class Agility:
         d = self.hull.damping
         return _speed_at(share * self.sway_n, d.y_v, d.y_vv)
 
-    def turn_radps(self, share: float) -> float:
-        """Yaw rate at which damping takes that share of the yaw limit."""
-        d = self.hull.damping
-        return max(_LEAST_TURN_RADPS, min(math.pi / 2.0, _speed_at(share * self.yaw_nm, d.n_r, d.n_rr)))
+    def turn_radps(self, share: float, surge_mps: float) -> float:
+        """Yaw rate at which damping takes that share of the yaw limit, at that speed ahead."""
+        rate = steady_turn_radps(self.hull, surge_mps, share * self.yaw_nm)
+        return max(_LEAST_TURN_RADPS, min(_MOST_TURN_RADPS, rate))
+
+    def turns_radps(self, share: float, surge_mps: Floats) -> Floats:
+        """As `turn_radps`, at several speeds."""
+        if self.hull.damping.n_ur == 0.0:
+            return np.full(len(surge_mps), self.turn_radps(share, 0.0))
+        table = np.linspace(0.0, float(np.max(surge_mps)), _SPEEDS)
+        rates: Floats = np.interp(surge_mps, table, [self.turn_radps(share, float(u)) for u in table])
+        return rates
 
     def resisting_n(self, speed_mps: float, course_rad: float, weather: Weather) -> float:
         """What water and wind take of the thrust at that speed over ground, bow along the course."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.guidance.bend_speed import BendSpeeds
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.params.store import Parameters
 
@@ -26,7 +27,7 @@ _LOWEST_MPS = 0.05
 _LOOKAHEAD_SHARE = 0.5  # of the radius: the most that the look-ahead distance may be
 _CENTRE_SHARE = 0.05  # of the radius: nearer to the centre the bearing from it means nothing
 _SPIRAL = (0.3, 0.6)  # shares of the radius between which the way out from the centre becomes the line of sight
-_ON_CIRCLE_SHARE = 0.15  # of the radius: so near to the circle turns begin to count
+_ON_CIRCLE_SHARE = 0.15  # of the radius: so near to the circle the boat is on it, and turns count
 _STEP_SHARE = 0.02  # of the radius, either way: for rates of the course field
 _STEP_RAD = 0.02  # likewise of the heading over the course
 _ALONG_RAD = math.radians(10.0)  # between course made and circle, within which the integral learns
@@ -87,12 +88,13 @@ def _inward_rad(distance_m: float, radius_m: float, lookahead_m: float) -> float
     return weight * spiral + (1.0 - weight) * max(sight, spiral)
 
 
-def orbit_speed_mps(curvature_1pm: float, parameters: Parameters) -> float:
-    """Most speed on a bend of that curvature, by PATH_ACC_LAT and PATH_YAW_RATE."""
+def orbit_speed_mps(curvature_1pm: float, parameters: Parameters, bends: BendSpeeds | None = None) -> float:
+    """Most speed on a bend of that curvature, by PATH_ACC_LAT, PATH_YAW_RATE and `bends`."""
     if curvature_1pm < 1.0e-6:
         return math.inf
     turn_radps = _PLANNED_TURN * math.radians(parameters["PATH_YAW_RATE"])
-    return min(math.sqrt(parameters["PATH_ACC_LAT"] / curvature_1pm), turn_radps / curvature_1pm)
+    most_mps = min(math.sqrt(parameters["PATH_ACC_LAT"] / curvature_1pm), turn_radps / curvature_1pm)
+    return most_mps if bends is None else min(most_mps, bends.at(curvature_1pm))
 
 
 def least_radius_m(parameters: Parameters, length_m: float) -> float:
@@ -175,11 +177,15 @@ class OrbitGuidance:
 
     Remembers the circle, the angle swept, the integral of the line of sight, the drift seen, and the speed and heading
     last asked for. `can_sway`: the boat can push itself sideways. `top_mps`: the most that it makes through the water.
+    `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them.
     """
 
-    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
+    def __init__(
+        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, bends: BendSpeeds | None = None
+    ) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
+        self._bends = bends
         self._crab = CrabCompensation(top_mps)
         self._circle: Circle | None = None
         self._total_rad: float | None = None
@@ -373,10 +379,11 @@ class OrbitGuidance:
         parameters, radius_m = self._parameters, self.circle.radius_m
         wanted = min(max(0.0, speed_mps), parameters["MPC_XY_VEL_MAX"])
         lowest = min(wanted, slowest_mps(parameters))
-        on_circle = orbit_speed_mps(1.0 / radius_m, parameters)
-        before_m = math.sqrt(max(0.0, distance_m**2 - radius_m**2))
+        on_circle = orbit_speed_mps(1.0 / radius_m, parameters, self._bends)
+        # a boat that runs a little wide is on the circle, not on its way to it
+        before_m = math.sqrt(max(0.0, distance_m**2 - ((1.0 + _ON_CIRCLE_SHARE) * radius_m) ** 2))
         ahead = math.sqrt(on_circle**2 + 2.0 * parameters["PATH_ACC"] * before_m)
-        wanted = max(lowest, min(wanted, ahead, orbit_speed_mps(bend_1pm, parameters)))
+        wanted = max(lowest, min(wanted, ahead, orbit_speed_mps(bend_1pm, parameters, self._bends)))
         step = 1.25 * parameters["PATH_ACC"] * dt_s
         return min(self._speed + step, max(self._speed - 1.5 * step, wanted))
 

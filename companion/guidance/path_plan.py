@@ -70,15 +70,14 @@ class PathPlan:
         thrust = PlannedThrust(s, course, most, limits.agility, limits.weather)
         by_bend = np.sqrt(limits.agility.lateral_mps2(_SIDEWAYS * limits.share) / bend)
         speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
-        turn_radps = limits.agility.turn_radps(_TURNING * limits.share)
         for _ in range(_ROUNDS):
             kept = thrust.followed(speed, limits.share, stop_at_end)
-            at, bow = _bow(s, course, kept, turn_radps)
+            at, bow = _bow(s, course, kept, limits)
             sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
             by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
         kept = _smooth_speed(s, thrust.followed(speed, limits.share, stop_at_end))
-        at, bow = _bow(s, course, kept, turn_radps)
+        at, bow = _bow(s, course, kept, limits)
         self._limits = limits
         self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
         self._s: list[float] = s.tolist()
@@ -161,22 +160,23 @@ def _smooth_speed(s: Floats, speed: Floats) -> Floats:
     return smooth
 
 
-def _bow(s: Floats, course: Floats, speed: Floats, turn_radps: float) -> tuple[Floats, Floats]:
+def _bow(s: Floats, course: Floats, speed: Floats, limits: PlanLimits) -> tuple[Floats, Floats]:
     """(arc length, course of the bow) at even steps of time."""
     t = _times(s, speed)
     count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
     grid = np.linspace(0.0, t[-1], count)
     at, along = np.interp(grid, t, s), np.interp(grid, t, course)
-    width = _mean(grid, _widths(grid, along, turn_radps), np.full(count, _WIDTH_MEAN_S))
+    turns = limits.agility.turns_radps(_TURNING * limits.share, np.interp(grid, t, speed))
+    width = _mean(grid, _widths(grid, along, turns), np.full(count, _WIDTH_MEAN_S))
     smooth = _mean(grid, along, width)
     for last_s in _LAST_MEANS_S:
         smooth = _mean(grid, smooth, np.full(count, last_s))
     return at, smooth
 
 
-def _widths(grid: Floats, along: Floats, turn_radps: float) -> Floats:
-    """The window at each time: the shortest over which the course turns no faster than `turn_radps`, and as wide all
-    around a turn as the turn needs."""
+def _widths(grid: Floats, along: Floats, turn_radps: Floats) -> Floats:
+    """The window at each time: the shortest over which the course turns no faster than `turn_radps` there, and as wide
+    all around a turn as the turn needs."""
     width = np.full(len(grid), _SHORTEST_S)
     candidate = _SHORTEST_S
     step = max(float(grid[1] - grid[0]), 1.0e-9)

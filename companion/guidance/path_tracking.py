@@ -23,7 +23,7 @@ from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint
 from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
-from companion.guidance.speed_profile import SpeedProfile
+from companion.guidance.speed_profile import BendLimits, SpeedProfile
 from companion.guidance.track import Track
 from companion.guidance.turning import UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
@@ -340,8 +340,7 @@ class PathTracker:
                 track.curvature_1pm,
                 self._waypoint_s_m,
                 legs,
-                key[0],
-                _PLANNED_TURN * math.radians(key[1]),
+                BendLimits(key[0], _PLANNED_TURN * math.radians(key[1]), self._turning.bends),
                 key[2],
                 self._stop_at_end,
             )

@@ -205,7 +205,7 @@ class PlannedMotion:
         now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
-        correcting = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
+        correcting = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"], self.speed_mps)
         most = (correcting + abs(turn)) * dt_s
         self.yaw_rad = wrap_pi(last + min(most, max(-most, wrap_pi(now - last))))
         return turn, change, math.cos(now - courses[0]) < 0.0

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from companion.guidance.bend_speed import BendSpeeds
 
 _SLOWEST_SHARE = 0.25  # of the leg's speed: no bend slows the boat further, so that it can steer
 _LOWEST_MPS = 0.05
@@ -16,13 +19,27 @@ _STRAIGHT_1PM = 1.0e-6
 Floats = NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class BendLimits:
+    """What bounds the speed in bends. `moment`: None where the moment of the thrusters does not bound it."""
+
+    lateral_mps2: float
+    yaw_rate_radps: float
+    moment: BendSpeeds | None = None
+
+    def speeds(self, curvature_1pm: Floats) -> Floats:
+        """The highest speed at each absolute curvature above 0."""
+        bend: Floats = np.minimum(np.sqrt(self.lateral_mps2 / curvature_1pm), self.yaw_rate_radps / curvature_1pm)
+        return bend if self.moment is None else np.minimum(bend, self.moment.of(curvature_1pm))
+
+
 class SpeedProfile:
     """Highest speed allowed at each arc length. It never changes.
 
     `s_m`, `curvature_1pm`: samples of the track. `leg_end_s_m`, `leg_speed_mps`: end and speed limit of each leg, in
-    order. `lateral_mps2`, `yaw_rate_radps`: limits in bends; `acceleration_mps2`: limit along the track.
+    order. `acceleration_mps2`: limit along the track.
 
-    v ≤ √(a_lat/κ), v ≤ r/κ, v² ≤ v₀² + 2a Δs in both directions.
+    v ≤ √(a_lat/κ), v ≤ r/κ, as fast as the moment can turn the hull, v² ≤ v₀² + 2a Δs in both directions.
     """
 
     def __init__(
@@ -31,17 +48,14 @@ class SpeedProfile:
         curvature_1pm: Sequence[float],
         leg_end_s_m: Sequence[float],
         leg_speed_mps: Sequence[float],
-        lateral_mps2: float,
-        yaw_rate_radps: float,
+        bends: BendLimits,
         acceleration_mps2: float,
         stop_at_end: bool,
     ) -> None:
         self._s = s_m
         s = np.asarray(s_m)
         leg = np.searchsorted(np.asarray(leg_end_s_m)[:-1], s)
-        speed = _bend_speeds(
-            np.asarray(leg_speed_mps)[leg], np.abs(np.asarray(curvature_1pm)), lateral_mps2, yaw_rate_radps
-        )
+        speed = _bend_speeds(np.asarray(leg_speed_mps)[leg], np.abs(np.asarray(curvature_1pm)), bends)
         if stop_at_end:
             speed[-1] = 0.0
         # of v² ∓ 2as, braking and speeding up keep to the least so far
@@ -59,10 +73,9 @@ class SpeedProfile:
         return math.sqrt(a * a + x * (b * b - a * a))
 
 
-def _bend_speeds(speed_mps: Floats, curvature_1pm: Floats, lateral_mps2: float, yaw_rate_radps: float) -> Floats:
+def _bend_speeds(speed_mps: Floats, curvature_1pm: Floats, bends: BendLimits) -> Floats:
     """The legs' speeds, lower in bends."""
-    curvature = np.maximum(curvature_1pm, _STRAIGHT_1PM)
-    bend = np.minimum(np.sqrt(lateral_mps2 / curvature), yaw_rate_radps / curvature)
+    bend = bends.speeds(np.maximum(curvature_1pm, _STRAIGHT_1PM))
     slowed = np.minimum(speed_mps, np.maximum(np.maximum(bend, _SLOWEST_SHARE * speed_mps), _LOWEST_MPS))
     result: Floats = np.where(curvature_1pm < _STRAIGHT_1PM, speed_mps, slowed)
     return result

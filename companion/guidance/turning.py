@@ -7,17 +7,22 @@ import math
 from dataclasses import dataclass
 
 from companion.config.hull import HullConfig
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
+from companion.config.yaw_limit import YawLimit
+from companion.guidance.bend_speed import BendSpeeds
 
 _LATEST_S = 6.0
 
 
 @dataclass(frozen=True, slots=True)
 class Turning:
-    """`arc`: the hull of a boat that a rudder turns; None for others."""
+    """`arc`: the hull of a boat that a rudder turns; None for others. `bends`: the speeds in bends of a boat that the
+    moment of its thrusters turns; None for others, and for one with sideways thrust."""
 
     on_the_spot: bool = False
     arc: HullConfig | None = None
+    bends: BendSpeeds | None = None
 
     def late_s(self, surge_mps: float, sway_mps: float) -> float:
         """How much later than its bow the boat turns its course, in an arc: the lag of the first-order sway
@@ -44,4 +49,11 @@ UNKNOWN = Turning()
 def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     """How the vessel turns; `on_the_spot`: it needs no way for it."""
     rudder = any(thruster.kind == "rudder" for thruster in config.thrusters)
-    return Turning(on_the_spot, config.hull if rudder else None)
+    return Turning(on_the_spot, config.hull if rudder else None, _bends_of(config))
+
+
+def _bends_of(config: VesselConfig) -> BendSpeeds | None:
+    """Of a boat whose moment does not depend on the flow, as those of rudders and jets do."""
+    if config.limits.sway_n > 0.0 or any(thruster.kind not in ("fixed", "azimuth") for thruster in config.thrusters):
+        return None
+    return BendSpeeds(config.hull, YawLimit(config), top_speed_mps(config))

@@ -86,6 +86,8 @@ class BowKeeper:
         """Brake, and hold the point where the boat comes to rest."""
         self._point = stopping_point(nav, self._parameters)
         self._stop.begin(nav, self._point)
+        if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
+            self._point = nav.north_m, nav.east_m
         self._heading_rad = nav.yaw_rad
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
@@ -108,7 +110,8 @@ class BowKeeper:
         place = Point(*self._point)
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         if self._stop.lasts:
-            return PathSetpoint(self._heading_rad, 0.0, progress=progress)
+            # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
+            return PathSetpoint(nav.yaw_rad if self._needs_flow else self._heading_rad, 0.0, progress=progress)
         self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         if self._needs_flow and self._is_carried(north_m, east_m):
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))

@@ -16,7 +16,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
 from companion.core.readings import ManualInput
-from companion.core.setpoint import Setpoint
+from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint
 from companion.fence.allowed import Way
 from companion.fence.guard import FenceGuard
 from companion.guidance.path_laying import FromBoat, LaidTrack, TrackShape
@@ -28,6 +28,7 @@ from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.sail_keeper import SailKeeper
 
+_REST_SHARE = 0.5  # of DP_SPEED_AHEAD: so slow, the reference takes over from braking
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
 
@@ -59,18 +60,23 @@ class Keeper(Protocol):
 
 class PoseKeeper:
     """A `Keeper` for a boat with sideways thrust: dynamic positioning, with position and heading from the reference
-    generator. Deflected sticks move the held pose, inside the fence."""
+    generator. Deflected sticks move the held pose, inside the fence.
+
+    Started faster than positioning moves the boat, it first brakes with all its thrust astern, on its heading: the
+    reference would brake as gently as it speeds up."""
 
     def __init__(self, parameters: Parameters, fence: FenceGuard | None = None) -> None:
         self._parameters = parameters
         self._fence = fence
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
+        self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
+        self._braking: NavState | None = None  # the last state while the boat brakes
 
     @property
     def arrived(self) -> bool:
         """Whether the reference is at its target."""
-        return self._reference.arrived
+        return self._braking is None and self._reference.arrived
 
     @property
     def target(self) -> tuple[float, float, float]:
@@ -79,21 +85,51 @@ class PoseKeeper:
 
     def start(self, nav: NavState) -> None:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading."""
+        self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(nav, self._parameters)
+        self._braking = nav if abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"] else None
+        self._begin(nav, self._planned, nav.yaw_rad)
+
+    def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
+        """Lead the reference from the boat's motion to a place."""
         self._pose = (nav.north_m, nav.east_m, nav.yaw_rad)
         self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
-        self._reference.retarget(*stopping_point(nav, self._parameters), nav.yaw_rad)
+        self._reference.retarget(*place, yaw_rad)
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Lead the reference to another pose."""
+        if self._braking is not None:
+            self._begin(self._braking, (north_m, east_m), yaw_rad)
+        self._braking = None
         self._reference.retarget(north_m, east_m, yaw_rad, speed_mps)
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
-        """The reference `dt_s` later; `speed_mps` is not used."""
+        """The reference `dt_s` later, or a path setpoint at rest while the boat brakes; `speed_mps` is not used."""
+        if self._braking is not None:
+            self._braking = nav
+            self._see_rest(nav)
+        if self._braking is not None:
+            return PathSetpoint(self.target[2], 0.0, progress=self._progress(nav))
         if stick is not None:
             self._nudge(stick)
         setpoint = self._reference.update(dt_s)
         self._pose = (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad)
         return setpoint
+
+    def _see_rest(self, nav: NavState) -> None:
+        """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that."""
+        slow = abs(nav.surge_mps) <= _REST_SHARE * self._parameters["DP_SPEED_AHEAD"]
+        planned_m = math.dist(self._planned, self._from)
+        if not slow and math.dist((nav.north_m, nav.east_m), self._from) < planned_m:
+            return
+        self._braking = None
+        near = stopping_point(nav, self._parameters)
+        self._begin(nav, near if math.dist(near, self._from) <= planned_m else self._planned, self.target[2])
+
+    def _progress(self, nav: NavState) -> Progress:
+        north_m, east_m, _ = self.target
+        place = Point(north_m, east_m)
+        left_m = math.hypot(north_m - nav.north_m, east_m - nav.east_m)
+        return Progress(place=place, target=place, distance_to_go_m=left_m)
 
     def _nudge(self, stick: ManualInput) -> None:
         """Put the target so far ahead that the reference moves at the stick's speed. When the stick is released, the

@@ -10,6 +10,7 @@ from companion.config.sensors import is_inertial
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from sitl.leader_script import script
+from sitl.magnetometer import MAGNETIC_DRIVER
 from sitl.rough_water import is_rough, plant_name
 from sitl.scenarios.rig import Conditions
 
@@ -22,6 +23,29 @@ def sideways(config: VesselConfig) -> str | None:
     if config.limits.sway_n > 0.0:
         return None
     return "it needs sideways thrust, and this boat has none (limits.sway_n = 0); bow_hold measures its Hold"
+
+
+def berth(config: VesselConfig) -> str | None:
+    """It must have a berth of its own."""
+    if config.dock is not None:
+        return None
+    return "it needs a berth, and this boat has none; add a [dock] table to its file"
+
+
+def magnetometer(config: VesselConfig) -> str | None:
+    """It must have a magnetometer."""
+    if any(row.driver == MAGNETIC_DRIVER for row in config.sensors):
+        return None
+    return f"it needs a magnetometer, and this boat has no sensor of driver {MAGNETIC_DRIVER}; add one to its file"
+
+
+def other_hull(config: VesselConfig, name: str) -> str | None:
+    """Why its controller cannot begin with the hull of the plant of that name; None where it can."""
+    plants = {} if config.sitl is None else config.sitl.plants
+    if not name or name in plants:
+        return None
+    known = f"try --set hull={next(iter(plants))}" if plants else "add one, [sitl.plant.NAME], to its file"
+    return f"its controller begins with the hull of a plant '{name}', and this boat has none of that name; {known}"
 
 
 def outrun(config: VesselConfig, leader: str) -> str | None:

@@ -19,15 +19,18 @@ from sitl.noise import stream
 from sitl.scenarios.figure import legend, mark_times, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_events, read_truth
-from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 from sitl.traffic import ScriptedVessel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MISSION = 0x04040000
-_ROUTE_M, _MEETING_M = 330.0, 150.0
+_MEETING_M, _ONWARD_M = 150.0, 180.0  # way to the meeting, and from there to the end of the route
+_MEETING_S, _ONWARD_S = 80.0, 80.0  # the least time for each: a fast boat sails a longer route
+_AS_FAST_MPS = 2.0  # a faster boat meets vessels that are faster by as much
 _RADIUS_M = 3.0
+_LAST_M = 20.0  # of the route, on which the boat is to be back
 _TIMEOUT_S = 700.0
 _START_S = 8.0  # time that the boat loses while it gains speed
 _STAND_S = 45.0  # default of CA_STAND_T
@@ -48,12 +51,16 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         raise ScenarioError(f"situation={situation}: one of {', '.join(_SITUATIONS)}")
     home = LocalFrame(gcs.rig.config.home.lat_deg, gcs.rig.config.home.lon_deg)
     gcs.ready()
-    point = home.to_geodetic(_ROUTE_M, 0.0)
+    speed_mps = number(settings, "speed") or gcs.parameter("WP_SPEED")
+    meeting_m = max(_MEETING_M, _MEETING_S * speed_mps)
+    route_m = meeting_m + max(_ONWARD_M, _ONWARD_S * speed_mps)
+    point = home.to_geodetic(route_m, 0.0)
     gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *point, params=(0.0, _RADIUS_M, 0.0, math.nan))])
     gcs.set_mode(_MISSION)
     gcs.arm()
     started_s = gcs.rig.now_s
-    vessel, meeting_s = _other(gcs, situation, started_s, float(settings["speed"]))
+    meeting_s = started_s + _START_S + meeting_m / speed_mps
+    vessel = _other(gcs, situation, (started_s, meeting_s), meeting_m, max(1.0, speed_mps / _AS_FAST_MPS))
     gcs.rig.world.traffic.vessels.append(vessel)
     gcs.wait("the end of the route", lambda: 0 in gcs.reached, _TIMEOUT_S)
     return {
@@ -64,25 +71,27 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "finished_s": gcs.rig.now_s,
         "length_m": gcs.rig.config.length_m,
         "beam_m": gcs.rig.config.beam_m,
+        "route_m": route_m,
     }
 
 
-def _other(gcs: GroundStation, situation: str, now_s: float, speed_mps: float) -> tuple[ScriptedVessel, float]:
-    """The vessel that meets the boat half-way, a little earlier or later by the seed; and the time of the meeting."""
+def _other(
+    gcs: GroundStation, situation: str, times_s: tuple[float, float], meeting_m: float, faster: float
+) -> ScriptedVessel:
+    """The vessel that meets the boat half-way, a little earlier or later by the seed. `times_s`: now, and of the
+    meeting; `faster`: times the speed of its situation."""
+    now_s, meeting_s = times_s
     draws = stream(gcs.rig.world.seed, "traffic")
     course_deg, spread_deg, other_mps, _ = _SITUATIONS[situation]
     course = math.radians(course_deg + draws.uniform(-spread_deg, spread_deg))
-    other_mps *= draws.uniform(0.85, 1.15)
-    meeting_s = now_s + _START_S + _MEETING_M / speed_mps
+    other_mps *= faster * draws.uniform(0.85, 1.15)
     late_s = draws.uniform(-2.0, 2.0)
     north_mps, east_mps = other_mps * math.cos(course), other_mps * math.sin(course)
     points = tuple(
-        (t_s, _MEETING_M + north_mps * (t_s - meeting_s - late_s), east_mps * (t_s - meeting_s - late_s))
+        (t_s, meeting_m + north_mps * (t_s - meeting_s - late_s), east_mps * (t_s - meeting_s - late_s))
         for t_s in (now_s, now_s + _TIMEOUT_S)
     )
-    return ScriptedVessel(
-        230_000_000 + draws.randrange(1_000_000), "NORA", points, class_a=draws.random() < 0.5
-    ), meeting_s
+    return ScriptedVessel(230_000_000 + draws.randrange(1_000_000), "NORA", points, class_a=draws.random() < 0.5)
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
@@ -93,7 +102,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     clear = [_between_hulls(row, vessel, asked) for row in track]
     nearest = track[min(range(len(track)), key=lambda i: clear[i])]
     early = between(track, asked["started_s"], asked["meeting_s"] - _STAND_S - 15.0)
-    last = [row for row in track if row["north_m"] > _ROUTE_M - 20.0]
+    last = [row for row in track if row["north_m"] > asked["route_m"] - _LAST_M] or track[-1:]
     named = [event for event in read_events(folder) if event.name == _SITUATIONS[situation][3]]
     metrics = {
         "clear_water_m": min(clear),
@@ -101,7 +110,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "most_to_starboard_m": max(row["east_m"] for row in track),
         "most_to_port_m": -min(row["east_m"] for row in track),
         "ahead_at_crossing_m": _ahead_at_crossing(track, vessel),
-        "off_route_before_last_moment_m": max(abs(row["east_m"]) for row in early),
+        "off_route_before_last_moment_m": max((abs(row["east_m"]) for row in early), default=0.0),
         "off_route_at_end_m": max(abs(row["east_m"]) for row in last),
         "said": float(len(named)),
         "time_s": asked["finished_s"] - asked["started_s"],
@@ -202,7 +211,7 @@ def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
 
 def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
     vessel: ScriptedVessel = asked["vessel"]
-    axes.plot([0.0, 0.0], [0.0, _ROUTE_M], color="grey", linestyle=":", label="route")
+    axes.plot([0.0, 0.0], [0.0, asked["route_m"]], color="grey", linestyle=":", label="route")
     axes.plot([row["east_m"] for row in track], [row["north_m"] for row in track], label="boat")
     other = [vessel.at(row["t_s"]) for row in track]
     axes.plot([m.east_m for m in other], [m.north_m for m in other], color="tab:red", label="other vessel")
@@ -214,7 +223,7 @@ def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
         axes.fill([e for _, e in theirs], [n for n, _ in theirs], color="tab:red")
         axes.plot([row["east_m"], there.east_m], [row["north_m"], there.north_m], color="grey", linewidth=0.3)
     axes.set_xlim(-120.0, 120.0)
-    axes.set_ylim(-20.0, _ROUTE_M + 10.0)
+    axes.set_ylim(-20.0, asked["route_m"] + 10.0)
     axes.set_aspect("equal")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
@@ -233,8 +242,9 @@ SCENARIO = Scenario(
         "current": "",
         "gnss": "sbas",
         "waves": "",
-        "speed": "1.2",
+        "speed": "",
     },
+    by_vessel={"rescuerunner": {"gnss": "standalone"}},
     sail=sail,
     measure=measure,
     plot=plot,

@@ -16,7 +16,7 @@ from typing import Any
 
 from companion.core.angles import wrap_pi
 from sitl.berth import DAMPING_NSPM, STIFFNESS_NPM
-from sitl.scenarios.boat import sideways
+from sitl.scenarios.boat import berth, sideways
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check, Track, between, means, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings
@@ -154,7 +154,7 @@ SCENARIO = Scenario(
     text="port side onto a berth at -40 degrees, in wind with gusts",
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
-    needs=(sideways,),
+    needs=(sideways, berth),
     sail=sail,
     measure=measure,
     lasts_s=210.0,

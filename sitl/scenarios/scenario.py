@@ -12,7 +12,7 @@ from typing import Any
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.vessel import ConfigError, VesselConfig, find, load
 from sitl.environment import parse_directed
-from sitl.scenarios.boat import Ability, outrun, sailed_with
+from sitl.scenarios.boat import Ability, magnetometer, other_hull, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
@@ -91,9 +91,7 @@ def run(
     """
     config = load(find(vessel or scenario.vessel))
     settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
-    refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
-    if refused is None and "leader" in scenario.defaults:
-        refused = outrun(config, settings["leader"])
+    refused = _refusal(scenario, config, settings)
     if refused is not None:
         raise ScenarioError(f"{scenario.name} is not for {config.name}: {refused}")
     unknown = set(settings) - set(scenario.defaults)
@@ -123,7 +121,7 @@ def run(
         rig.close()
     voyage = read_voyage(folder, rig, gcs.fences)
     margins = [] if voyage is None else margins_of(voyage)
-    metrics, checks, error = ({}, (), error) if error else _measured(scenario, folder, asked, settings, bool(faults))
+    metrics, checks, error = ({}, (), error) if error else _measured(scenario, folder, asked, settings)
     hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
     good = not violated(margins) if faults else error is None and all(check.ok for check in checks)
     outcome = ScenarioResult(
@@ -133,16 +131,28 @@ def run(
     return outcome
 
 
+def _refusal(scenario: Scenario, config: VesselConfig, settings: Settings) -> str | None:
+    """Why the boat cannot do the scenario with these settings, in one sentence with the remedy; None where it can."""
+    refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
+    if refused is None and "leader" in scenario.defaults:
+        refused = outrun(config, settings["leader"])
+    if refused is None and "hull" in scenario.defaults:
+        refused = other_hull(config, settings["hull"])
+    if refused is None and settings.get("magnetometer"):
+        refused = magnetometer(config)
+    return refused
+
+
 def _measured(
-    scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings, faulty: bool
+    scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings
 ) -> tuple[dict[str, float], Sequence[Check], str | None]:
-    """Metrics, checks, and why there are none. A run with faults may lack what the scenario measures."""
+    """Metrics, checks, and why there are none: a run with faults, or of a boat that the scenario does not suit, may
+    lack what it measures."""
     try:
         return *scenario.measure(folder, asked, settings), None
     except (ArithmeticError, LookupError, ValueError) as failure:
-        if not faulty:
-            raise
-        return {}, (), f"not measured: {failure!r}"
+        missing = f"the run lacks what {scenario.name} measures ({failure!r}); its log shows what the boat did"
+        return {}, (), f"not measured: {missing}"
 
 
 def run_folder(folder: Path, name: str, seed: int) -> Path:

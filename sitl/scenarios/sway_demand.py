@@ -51,7 +51,11 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Demand the force to each side for `time` seconds, from rest at home."""
     share = number(settings, "force") / gcs.rig.config.limits.sway_n
     if not 0.0 < share <= 1.0:
-        raise ScenarioError(f"force={settings['force']}: must be above 0, at most limits.sway_n of the boat")
+        most_n = gcs.rig.config.limits.sway_n
+        raise ScenarioError(
+            f"force={settings['force']}: must be above 0, and at most {most_n:g} N (limits.sway_n of this boat); "
+            f"try --set force={0.5 * most_n:.2g}"
+        )
     spans: dict[str, tuple[float, float]] = {}
     gcs.hold_at_home(_SETTLE_S)
     home = gcs.rig.config.home

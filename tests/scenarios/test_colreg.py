@@ -35,6 +35,15 @@ def test_keeps_clear_sweep(tmp_path: Path, situation: str, seed: int) -> None:
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("situation", SITUATIONS)
+@pytest.mark.parametrize("vessel", ["rescuerunner", "otter", "revolt"])
+def test_fast_boats_and_slow_ones_meet_another_at_their_own_speed(tmp_path: Path, vessel: str, situation: str) -> None:
+    changes = {"situation": situation}
+    outcome = run(SCENARIOS["colreg"], LockstepRig, tmp_path, seed=3, vessel=vessel, changes=changes)
+    assert outcome.error is None and outcome.metrics["clear_water_m"] > 10.0
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("situation", SITUATIONS)
 @pytest.mark.parametrize("change", [{"wind": "5"}, {"current": "0.3@90"}, {"gnss": "rtk"}])
 def test_keeps_clear_in_other_conditions(tmp_path: Path, situation: str, change: dict[str, str]) -> None:
     keep_clear(tmp_path, 3, situation=situation, **change)
@@ -65,6 +74,7 @@ def test_a_boat_that_does_nothing_fails(tmp_path: Path, situation: str) -> None:
         "meeting_s": 125.0,
         "finished_s": 275.0,
         "length_m": 3.75,
+        "route_m": 330.0,
         "beam_m": 1.7,
     }
     metrics, checks = SCENARIOS["colreg"].measure(tmp_path, asked, {})

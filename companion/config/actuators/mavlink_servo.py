@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -58,6 +58,11 @@ class MavlinkBoardConfig:
         Field(ge=1, le=255),
         means("System id from which the board takes orders (MAV_GCS_SYSID of ArduPilot)."),
     ] = 255
+
+    def with_another_relay(self) -> MavlinkBoardConfig:
+        """The same with the first free relay of the board for one more of the bridge's."""
+        taken = {*self.relays, *self.lamps}
+        return replace(self, relays=(*self.relays, next(number for number in range(16) if number not in taken)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,9 @@ _LAG_SHARE = 0.25  # bandwidth times the lag of thrust: leaves a phase margin of
 _MOST_BY_RECEIVER = {"rtk": 0.6, "sbas": 0.35, "standalone": 0.25}  # rad/s: a wandering position is not chased
 _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
+# Of the moment, in turns. A boat without sideways thrust turns on the spot at its corners, where a current carries it
+# aside: it turns faster there. In bends the moment that way takes bounds its speed besides.
+_TURN_SHARE, _SPIN_SHARE = 0.5, 0.8
 _SLOWEST_CRUISE_MPS = 0.3
 _HULL_SPEEDS = 1.2
 # In positioning; back to the point of a boat that drifts, faster than the drift (RescueRunner's).
@@ -29,8 +32,8 @@ _DRIFT_CIRCLE = 6.0  # the same without way astern: it coasts after each way bac
 _BOW_CIRCLE = 1.5
 _FENCE_M = {
     "rtk": 0.5,
-    "sbas": 1.0,
-    "standalone": 1.5,
+    "sbas": 2.0,
+    "standalone": 2.5,
 }  # with sideways thrust: what it errs by, and slow gains let gusts do
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
@@ -66,6 +69,7 @@ def figures(
             hull,
             _TURN * length_m if needs_flow else 0.0,
             _MOST_BACK_MPS if drifts else _MOST_POSITIONING_MPS,
+            sway_n > 0.0,
         ),
         **_circles(
             length_m,
@@ -96,13 +100,16 @@ def _speeds(
     hull: HullConfig,
     turn_m: float,
     positioning_mps: float,
+    can_sway: bool,
 ) -> dict[str, float]:
     """`turn_m`: radius of the tightest turn; 0 for a boat that turns by a moment of its thrusters. `positioning_mps`:
     the most in positioning."""
     turn_radps2 = yaw_nm / hull.m33_kgm2
-    d = hull.damping
-    turn_radps = (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * 0.5 * yaw_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
-    turn_radps = cruise_mps / turn_m if turn_m > 0.0 else turn_radps
+    turn_radps, spin_radps = (_spin_radps(hull, share * yaw_nm) for share in (_TURN_SHARE, _SPIN_SHARE))
+    if turn_m > 0.0:
+        turn_radps = spin_radps = cruise_mps / turn_m
+    elif can_sway:
+        spin_radps = turn_radps
     positioning = _within(0.1, _POSITIONING_SHARE * top_mps, positioning_mps)
     return {
         "WP_SPEED": cruise_mps,
@@ -115,9 +122,15 @@ def _speeds(
         "DP_YAW_RATE": _within(2.0, math.degrees(0.5 * turn_radps), 8.0),
         "PATH_ACC": _within(0.03, _ACCELERATION_SHARE * most_mps2, 0.8),
         "PATH_ACC_LAT": _within(0.05, _ACCELERATION_SHARE * most_mps2, 1.0),
-        "PATH_YAW_RATE": _within(5.0, math.degrees(turn_radps), 30.0),
+        "PATH_YAW_RATE": _within(5.0, math.degrees(spin_radps), 30.0),
         "MAN_YAW_RATE": _within(5.0, math.degrees(0.7 * turn_radps), 40.0),
     }
+
+
+def _spin_radps(hull: HullConfig, moment_nm: float) -> float:
+    """Yaw rate at rest at which damping takes the moment."""
+    d = hull.damping
+    return (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * moment_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
 
 
 def _cruise_mps(hull: HullConfig, top_mps: float, length_m: float) -> float:

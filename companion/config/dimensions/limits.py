@@ -95,6 +95,16 @@ def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]
     return max(to_side(1.0), to_side(-1.0))
 
 
+def turning_nm(thrusters: Sequence[ThrusterConfig], surge_n: float) -> float:
+    """Largest moment to the weaker side beside `surge_n` ahead, with sway free, as a share of it that limits keep."""
+    bound = 20.0 * _reach(thrusters)
+
+    def to_side(side: float) -> float:
+        return _least(lambda m: sum(support_n(t, m, 0.0, side) for t in thrusters) - m * surge_n / _SHARE, bound)
+
+    return _SHARE * min(to_side(1.0), to_side(-1.0))
+
+
 def _reach(thrusters: Sequence[ThrusterConfig]) -> float:
     return max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
 

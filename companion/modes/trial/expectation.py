@@ -9,6 +9,7 @@ from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.limits import largest
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
+from companion.guidance.bend_speed import steady_turn_radps
 
 _HULL_SPEED = 0.4  # Froude number of the top speed of a model without damping
 _LEAST_SWAY_SHARE = 0.05  # of the surge force, from which sideways pushes are worth a manoeuvre
@@ -110,11 +111,5 @@ def _astern_n(thruster: ThrusterConfig) -> float:
 
 
 def _turn_radps(config: VesselConfig, ahead_mps: float) -> float:
-    """Steady yaw rate at half the largest moment, at that speed ahead: (n_r + n_ur u) r + n_rr r² = ½ N."""
-    d, moment = config.hull.damping, 0.5 * config.limits.yaw_nm
-    linear = d.n_r + d.n_ur * ahead_mps
-    if d.n_rr > 0.0:
-        rate = (-linear + math.sqrt(linear * linear + 4.0 * d.n_rr * moment)) / (2.0 * d.n_rr)
-    else:
-        rate = moment / linear if linear > 0.0 else 1.0
-    return min(1.5, max(0.02, rate))
+    """Steady yaw rate at half the largest moment, at that speed ahead."""
+    return min(1.5, max(0.02, steady_turn_radps(config.hull, ahead_mps, 0.5 * config.limits.yaw_nm)))

@@ -272,6 +272,30 @@ def test_a_single_pod_that_lies_astern_turns_round_where_it_is_too_weak() -> Non
     assert settle(a, Wrench(88.0, 0.0, 0.0), 60).achieved.surge_n == pytest.approx(88.0, abs=2.0)
 
 
+def test_an_outboard_that_is_to_brake_does_not_push_ahead_for_its_moment() -> None:
+    """The stop nearest to the force that is asked for lies 120° off it: there it pushed ahead, for as long as the boat
+    braked and turned."""
+    a = alone(35.0)
+    settle(a, Wrench(60.0, 0.0, 60.0), 40)
+    result = settle(a, Wrench(-90.0, 0.0, 90.0), 40)
+    assert result.achieved.surge_n < -30.0 and result.achieved.yaw_nm > 0.0
+
+
+def test_strong_pods_across_at_their_stops_turn_round_for_a_small_force_astern() -> None:
+    """Thrusters of 1374 N gave none of 65 N astern, for ever: so little was not worth a turn."""
+    sides = (("bow", 2.124), ("stern", -2.389))
+    pods = tuple(
+        replace(azimuth(name, x_m, sector_deg=90.0), max_n=1374.0, min_n=-962.0, force_rate_nps=1e4)
+        for name, x_m in sides
+    )
+    limits = replace(REVOLT.limits, surge_n=2473.0, sway_n=2336.0, yaw_nm=5581.0)
+    a = allocator(replace(REVOLT, thrusters=pods, limits=limits))
+    across = ThrusterCommand(20.0, 0.0, math.pi / 2)
+    a.direct((across, across), dt_s=10.0)
+    settle(a, Wrench(0.0, 50.0, -28.0), 20)
+    assert settle(a, Wrench(-65.0, 35.0, -10.0), 100).achieved.surge_n == pytest.approx(-65.0, abs=6.0)
+
+
 def test_an_outboard_that_steers_astern_comes_to_push_ahead() -> None:
     a = alone(40.0)
     settle(a, Wrench(-40.0, 0.0, 60.0), 40)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -104,8 +105,23 @@ def test_the_bow_turns_half_before_and_half_after_the_corner_at_the_boats_rate()
         places.append(plan.ahead_m(places[-1], 0.1, SPEED_MPS))
     courses = [plan.course_rad(s) for s in places]
     fastest = max((b - a) / 0.1 for a, b in itertools.pairwise(courses))
-    most = agility().turn_radps(2.0 * SHARE)
+    most = agility().turn_radps(2.0 * SHARE, 0.0)
     assert 0.5 * most < fastest < 1.15 * most
+
+
+def test_a_hull_that_way_holds_straight_turns_more_slowly_at_the_same_speed() -> None:
+    stiff = replace(agility(), hull=replace(agility().hull, damping=replace(agility().hull.damping, n_ur=300.0)))
+    assert stiff.turn_radps(SHARE, 1.0) < 0.5 * stiff.turn_radps(SHARE, 0.0) == 0.5 * agility().turn_radps(SHARE, 1.0)
+    track = Track(build_path(CORNER, PathKind.LINEAR), CORNER, [0.2] * 3, 10.0)
+
+    def fastest_radps(of: Agility) -> float:
+        limits = PlanLimits(of, SHARE, 0.5, SPEED_MPS, Weather())  # no bend slows the boat
+        plan = PathPlan(track, track.waypoint_s_m[1:], [SPEED_MPS] * 2, limits, True)
+        places = [track.waypoint_s_m[1] - 8.0 + 0.1 * i for i in range(160)]
+        rates = [(plan.course_rad(b) - plan.course_rad(a)) / 0.1 for a, b in itertools.pairwise(places)]
+        return SPEED_MPS * max(rates)
+
+    assert fastest_radps(stiff) < 1.15 * stiff.turn_radps(2.0 * SHARE, SPEED_MPS) < fastest_radps(agility())
 
 
 def test_the_moment_of_a_planned_turn_has_no_steps() -> None:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from companion.guidance.speed_profile import SpeedProfile
+from companion.guidance.speed_profile import BendLimits, SpeedProfile
 
 S_M = [0.1 * i for i in range(1001)]
 
@@ -19,7 +19,8 @@ def profile(
     speeds: tuple[float, ...] = (1.0,),
     stop: bool = True,
 ) -> SpeedProfile:
-    return SpeedProfile(S_M, curvature or [0.0] * len(S_M), ends, speeds, 0.1, math.radians(12.0), 0.08, stop)
+    limits = BendLimits(0.1, math.radians(12.0))
+    return SpeedProfile(S_M, curvature or [0.0] * len(S_M), ends, speeds, limits, 0.08, stop)
 
 
 def test_braking_to_a_stop_has_the_given_deceleration() -> None:

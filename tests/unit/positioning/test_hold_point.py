@@ -12,9 +12,13 @@ import pytest
 
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.decision import ModeId
-from companion.core.setpoint import PathSetpoint
+from companion.core.estimate import NavState
+from companion.core.setpoint import PathSetpoint, PoseSetpoint, Setpoint
 from companion.core.tick import Inputs
+from companion.params.store import Parameters
+from companion.positioning.hold_point import PoseKeeper
 from tests.unit.conftest import Boat
+from tests.unit.estimates import AT_REST
 
 
 def holding(boat: Boat) -> Any:
@@ -35,6 +39,7 @@ def test_the_watch_circle_is_announced_on_leaving_and_on_return(boat: Boat) -> N
 
 def test_hold_under_way_stops_ahead_and_not_behind(boat: Boat) -> None:
     boat.supervisor.arm(boat.now_s)
+    boat.parameters.set("DP_SPEED_AHEAD", 0.5)
     boat.nav = replace(boat.nav, surge_mps=0.5, north_mps=0.5)
     boat.supervisor.update(boat.nav, Inputs(), (), boat.now_s)
     boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
@@ -43,6 +48,55 @@ def test_hold_under_way_stops_ahead_and_not_behind(boat: Boat) -> None:
     assert boat.setpoint.progress.target.north_m == pytest.approx(0.5**2 / (2.0 * 0.085) + 0.5 * 0.75, abs=0.02)
     boat.step(30.0)
     assert boat.nav.north_m == pytest.approx(boat.setpoint.progress.target.north_m, abs=1e-6)
+
+
+def at(north_m: float, surge_mps: float) -> NavState:
+    return replace(AT_REST, north_m=north_m, surge_mps=surge_mps, north_mps=surge_mps)
+
+
+def stopping(surge_mps: float) -> PoseKeeper:
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}))
+    keeper.start(at(0.0, surge_mps))
+    return keeper
+
+
+def asked(keeper: PoseKeeper, north_m: float, surge_mps: float) -> Setpoint:
+    return keeper.update(at(north_m, surge_mps), None, 1.0, 0.1)
+
+
+def test_from_full_speed_the_boat_brakes_with_all_its_thrust_and_holds_where_it_rests() -> None:
+    keeper = stopping(2.0)
+    for north_m, surge_mps in ((0.2, 1.9), (2.0, 1.0), (3.0, 0.4)):
+        setpoint = asked(keeper, north_m, surge_mps)
+        assert isinstance(setpoint, PathSetpoint) and setpoint.surge_mps == 0.0 and setpoint.yaw_rad == AT_REST.yaw_rad
+        assert not keeper.arrived
+    assert isinstance(asked(keeper, 3.2, 0.2), PoseSetpoint)
+    assert keeper.target[0] == pytest.approx(3.2 + stopping_m(0.2), abs=0.01)  # from where it was slow, not from 0 m
+
+
+def stopping_m(surge_mps: float) -> float:
+    return surge_mps * 0.5 * (1.5 + surge_mps / 0.085)
+
+
+def test_a_boat_that_cannot_brake_holds_the_place_that_was_planned() -> None:
+    keeper = stopping(2.0)
+    planned_m = keeper.target[0]
+    assert isinstance(asked(keeper, planned_m - 0.1, 1.5), PathSetpoint)
+    assert isinstance(asked(keeper, planned_m + 0.1, 1.5), PoseSetpoint)
+    assert keeper.target[0] == planned_m
+
+
+def test_at_the_speeds_of_positioning_the_reference_brakes() -> None:
+    assert isinstance(asked(stopping(0.45), 0.0, 0.45), PoseSetpoint)
+
+
+def test_another_point_ends_the_braking() -> None:
+    keeper = stopping(2.0)
+    asked(keeper, 1.0, 1.5)
+    keeper.hold(5.0, 0.0, 0.0, None)
+    setpoint = asked(keeper, 1.2, 1.4)
+    assert isinstance(setpoint, PoseSetpoint) and keeper.target[0] == 5.0
+    assert setpoint.north_m == pytest.approx(1.15, abs=0.1)  # from where the boat is, not from where it began to brake
 
 
 def test_the_turn_from_transit_to_holding_is_smooth(boat: Boat) -> None:

@@ -15,6 +15,7 @@ from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.stop import Stop
+from tests.unit.rudder_boat import SKIFF
 
 REST_MPS = 0.2
 
@@ -77,6 +78,13 @@ def test_two_motors_brake_with_all_they_have_and_hold_there() -> None:
     assert keeper.target[:2] == (2.0, 0.0) and keeper.arrived
 
 
+def test_a_boat_that_only_drifts_aside_holds_where_it_is() -> None:
+    """The point was planned 2.4 m on, by a braking aside that it has no thrust for: towards a fence."""
+    keeper = otter()
+    keeper.start(replace(at(0.0, 0.1), sway_mps=0.42, east_mps=0.42))
+    assert keeper.target[:2] == (0.0, 0.0)
+
+
 def test_a_point_that_is_given_is_held_at_once() -> None:
     keeper = otter()
     keeper.start(at(0.0, 2.0))
@@ -96,3 +104,11 @@ def test_a_jet_holds_where_it_has_coasted_to(rest_m: float) -> None:
         assert isinstance(keeper.update(at(float(north_m), 5.0), None, 8.0, 0.05), WrenchSetpoint)
     keeper.update(at(rest_m, 1.0), None, 8.0, 0.05)
     assert keeper.target[0] == rest_m
+
+
+def test_a_rudder_is_not_asked_to_hold_the_heading_while_the_boat_brakes() -> None:
+    """It would do so by thrust ahead: a barge drove on for 10 m, over its fence."""
+    keeper = BowKeeper(SKIFF, Parameters(SKIFF.parameters))
+    keeper.start(at(0.0, 1.4))
+    turned = keeper.update(at(1.0, 1.0, yaw_rad=0.6), None, 1.0, 0.1)
+    assert isinstance(turned, PathSetpoint) and turned.surge_mps == 0.0 and turned.yaw_rad == 0.6

@@ -1,13 +1,17 @@
 """A scenario sails the boat of the file, and refuses one that cannot do it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from companion.config.vessel import find, load
+from companion.cli.rig import LockstepRig
+from companion.config.actuators.mavlink_servo import MavlinkServoConfig
+from companion.config.vessel import find, load, with_camera
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.boat import sailed_with
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run, settings_for
 
@@ -20,6 +24,44 @@ def no_rig(conditions: Conditions, folder: Path) -> Any:
 def test_a_boat_without_sideways_thrust_is_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=f"{name} is not for otter: it needs sideways thrust"):
         run(SCENARIOS[name], no_rig, tmp_path, vessel="otter")
+
+
+@pytest.mark.parametrize(
+    ("name", "vessel", "remedy"),
+    [
+        ("docking", "aboat", r"add a \[dock\] table"),
+        ("ahrs", "blueboat", "no sensor of driver mtdata2; add one"),
+        ("identify", "wamv16", "no.* of that name; try --set hull=as_modelled"),
+    ],
+)
+def test_a_boat_that_lacks_something_is_told_what_to_do(name: str, vessel: str, remedy: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=f"{name} is not for {vessel}: .*{remedy}"):
+        run(SCENARIOS[name], no_rig, tmp_path, vessel=vessel)
+
+
+def test_the_remedies_help(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="must not start"):
+        run(SCENARIOS["identify"], no_rig, tmp_path, vessel="wamv16", changes={"hull": "as_modelled"})
+
+
+def test_a_run_that_lacks_what_is_measured_has_a_verdict(tmp_path: Path) -> None:
+    def nothing(folder: Path, asked: dict[str, Any], settings: Any) -> Any:
+        return {"most": max([])}, ()
+
+    def a_second(gcs: GroundStation, settings: Any) -> dict[str, Any]:
+        gcs.sail(1.0)
+        return {}
+
+    scenario = replace(SCENARIOS["full_stop"], sail=a_second, measure=nothing)
+    outcome = run(scenario, LockstepRig, tmp_path, vessel="otter")
+    assert not outcome.ok and "the run lacks what full_stop measures" in (outcome.error or "")
+    assert '"ok": false' in (tmp_path / "result.json").read_text(encoding="utf-8")
+
+
+def test_a_camera_finds_a_relay_of_an_autopilot_board_too() -> None:
+    board = with_camera(load(find("blueboat"))).actuators[0]
+    assert isinstance(board, MavlinkServoConfig) and board.mavlink is not None
+    assert len(board.mavlink.relays) == len(board.relays) == len(set(board.mavlink.relays)) > 0
 
 
 def gnss(scenario: str, vessel: str, **changes: str) -> str:

@@ -205,7 +205,7 @@ def test_the_fence_margin_covers_what_the_boat_does_in_hold() -> None:
     assert two["FENCE_MARGIN"] == two["DP_WATCH_R"] == 5.0
     bow = '[[thruster]]\nname = "bow"\nkind = "fixed"\nx_m = 0.8\ny_m = 0.0\nazimuth_deg = 90.0\nmax_n = 60.0\n'
     three = CATAMARAN.replace("[[sensor]]", bow + "[[sensor]]", 1).replace('"starboard"]', '"starboard", "bow"]')
-    assert vessel(three).parameters["FENCE_MARGIN"] == 1.0
+    assert vessel(three).parameters["FENCE_MARGIN"] == 2.0
 
 
 OUTBOARD_ROW = """[[thruster]]

@@ -1,0 +1,57 @@
+"""The moment that thrusters give beside a force ahead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import VesselConfig, find, load
+from companion.config.yaw_limit import YawLimit
+
+WAMV = load(find("wamv16"))  # two motors of 250 N ahead and 100 N astern, 1.03 m off the middle
+
+
+def test_at_rest_and_astern_it_is_the_limit_of_the_file() -> None:
+    limit = YawLimit(WAMV)
+    assert limit.nm(0.0) == limit.nm(-50.0) == WAMV.limits.yaw_nm
+
+
+def test_ahead_the_stronger_thrust_of_one_motor_turns_the_boat() -> None:
+    """0.9 of (2 · 100 N + force) · 1.03 m, as long as the other motor still pushes with less than 250 N."""
+    limit = YawLimit(WAMV)
+    for surge_n in (45.0, 90.0, 120.0):
+        assert limit.nm(surge_n) == pytest.approx(0.9 * (200.0 + surge_n / 0.9) * 1.03, rel=0.01)
+
+
+def test_it_is_never_less_than_at_rest() -> None:
+    limit = YawLimit(WAMV)
+    assert min(limit.nm(0.01 * i * WAMV.limits.surge_n) for i in range(120)) == WAMV.limits.yaw_nm
+
+
+def test_for_its_heading_the_boat_slows_down() -> None:
+    limit = YawLimit(WAMV)
+    strongest_n = max(range(450), key=lambda n: limit.nm(float(n)))
+    assert limit.within(400.0, 240.0) == (pytest.approx(210.0, abs=20.0), 240.0)  # as little as needed
+    surge_n, yaw_nm = limit.within(400.0, -900.0)
+    assert surge_n == pytest.approx(strongest_n, abs=30.0) and yaw_nm == -limit.nm(surge_n)
+    assert abs(yaw_nm) == pytest.approx(limit.most_nm, rel=0.02)
+
+
+def test_a_moment_that_fits_costs_no_way() -> None:
+    limit = YawLimit(WAMV)
+    assert limit.within(100.0, 200.0) == (100.0, 200.0) and limit.within(-100.0, 400.0) == (-100.0, 185.4)
+    assert limit.within(300.0, -180.0) == (300.0, -180.0)
+
+
+def flat(config: VesselConfig) -> bool:
+    return YawLimit(config).nm(0.3 * config.limits.surge_n) == config.limits.yaw_nm
+
+
+def test_a_limit_that_somebody_chose_stays() -> None:
+    assert flat(replace(WAMV, limits=replace(WAMV.limits, yaw_nm=150.0)))
+
+
+@pytest.mark.parametrize("name", ["revolt", "rescuerunner", "aboat", "sailbot"])
+def test_other_boats_have_one_limit(name: str) -> None:
+    assert flat(load(find(name)))
