@@ -61,3 +61,30 @@ class GaussMarkov:
         if self._sigma > 0.0:
             self.value = self._decay * self.value + self._rng.gauss(0.0, self._kick)
         return self.value
+
+
+class Bridge:
+    """A first-order Gauss–Markov process between values of it that are given, at times much closer to each other than
+    its time constant: a Brownian bridge from each to the next.
+
+    `sigma`, `tau_s`: as of the process; `value`: now. Remembers the next given value, and when it is reached.
+    """
+
+    __slots__ = ("_density", "_left_s", "_next", "_rng", "value")
+
+    def __init__(self, rng: Normals, sigma: float, tau_s: float, value: float) -> None:
+        self._rng, self._density = rng, 2.0 * sigma * sigma / tau_s
+        self.value = self._next = value
+        self._left_s = 0.0
+
+    def lead_to(self, value: float, in_s: float) -> None:
+        """Reach that value in that time."""
+        self._next, self._left_s = value, in_s
+
+    def update(self, dt_s: float) -> float:
+        """Advance by `dt_s`; returns the new value."""
+        share = min(dt_s / self._left_s, 1.0) if self._left_s > 0.0 else 1.0
+        mean = self.value + share * (self._next - self.value)
+        self.value = self._rng.gauss(mean, math.sqrt(self._density * dt_s * (1.0 - share)))
+        self._left_s -= dt_s
+        return self.value

@@ -14,7 +14,7 @@ from companion.core.geomagnetism import decimal_year, declination_rad
 from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
-from sitl.noise import GaussMarkov, Normals, stream
+from sitl.noise import Bridge, GaussMarkov, Normals, stream
 from sitl.sensor_errors import Aboard, CurrentField, ImuErrors, current_field
 
 _SQRT_HALF = math.sqrt(0.5)
@@ -240,8 +240,8 @@ GYRO_BIAS_RADPS = math.radians(0.03)
 BIAS_TAU_S = 1800.0
 _TILT_RAD = math.radians(0.2)
 _TILT_TAU_S = 60.0
-_YAW_RAD = math.radians(1.0)
-_YAW_TAU_S = 300.0
+YAW_RAD = math.radians(1.0)
+YAW_TAU_S = 300.0
 _SLOW_EVERY = 50  # samples between two steps of the slow errors
 
 ImuSample = tuple[float, float, float, float, float, float, float, float, float]
@@ -311,9 +311,10 @@ class ImuModel:
         self._normals = Normals(stream(seed, f"{config.name} white"))
         rng = Normals(stream(seed, f"{config.name} biases"))
         biases = [(ACCEL_BIAS_MPS2, BIAS_TAU_S)] * 3 + [(GYRO_BIAS_RADPS, BIAS_TAU_S)] * 3
-        attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(_YAW_RAD, _YAW_TAU_S)]
+        attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(YAW_RAD, YAW_TAU_S)]
         self._slow = [GaussMarkov(rng, sigma, tau_s) for sigma, tau_s in biases + attitude]
         self._errors = tuple(process.value for process in self._slow)
+        self._yaw = self._yaw_error(seed)
         self._rates: tuple[float, float, float] | None = None
 
     @property
@@ -326,11 +327,15 @@ class ImuModel:
         self._samples += 1
         if self._samples % _SLOW_EVERY == 0:
             self._errors = tuple([process.update(self._slow_s) for process in self._slow])
+            if self._yaw is not None:
+                self._yaw.lead_to(self._errors[8], self._slow_s)
         x, y, z, p, q, r = true_imu(self._gravity_mps2, hull, waves)
         if self._lever:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
+        if self._yaw is not None:
+            e_yaw = self._yaw.update(self._dt_s)
         normals = self._normals
         sample = (
             x + ex + ACCEL_WHITE_MPS2 * normals.next(),
@@ -344,6 +349,14 @@ class ImuModel:
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
         )
         return sample if self._more is None else self._more.told(sample, hull.yaw_rad)
+
+    def _yaw_error(self, seed: int) -> Bridge | None:
+        """The slow error of yaw from sample to sample, where yaw serves as a compass: a filter that looked at each
+        heading would see the steps of the slow errors."""
+        if self._config.heading not in ("magnetic", "true"):
+            return None
+        rng = Normals(stream(seed, f"{self._config.name} yaw"))
+        return Bridge(rng, YAW_RAD, YAW_TAU_S, self._errors[8])
 
     def _lever_arm(self, p: float, q: float, r: float) -> tuple[float, float, float]:
         """ω̇ × l + ω × (ω × l), with ω̇ over the last sample."""

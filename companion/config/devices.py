@@ -373,6 +373,15 @@ class SensorConfig:
         FROM_DEGREES_OR_NONE,
         means("Error of heading, one sigma. Left out: 0.4° from two antennas, 3° from a compass."),
     ] = None
+    heading_noise_rad: Annotated[
+        float | None,
+        Field(alias="heading_noise_deg", gt=0.0, le=45.0),
+        FROM_DEGREES_OR_NONE,
+        means(
+            "Error of heading from one to the next. Left out: its accuracy; three times that from a compass, whose "
+            "errors last for a second."
+        ),
+    ] = None
     heading_wander_rad: Annotated[
         float | None,
         Field(alias="heading_wander_deg", ge=0.0, le=45.0),

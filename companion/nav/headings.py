@@ -22,7 +22,7 @@ from companion.nav.validity import HEADING_COAST_RAD
 
 _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
-_COMPASS_FACTOR = 3.0  # its errors are correlated: each reading counts as that much noisier
+_COMPASS_FACTOR = 3.0  # its errors are correlated: each reading counts as that much noisier, if the file tells no noise
 _BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # slow errors: averaging keeps them
 _BASELINE_WANDER_S, _COMPASS_WANDER_S = 60.0, 300.0  # after which the slow error is another one
 _UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard deflects a raw magnetometer by tens of degrees
@@ -104,6 +104,7 @@ class HeadingSources:
         self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
         self._configured |= {pair.name: (None, pair.wander_rad) for pair in pairs}
         self._wander_s = {row.name: row.heading_wander_s for row in config.sensors}
+        self._noise_rad = {row.name: row.heading_noise_rad for row in config.sensors}
         self._corrections = corrections or {}
         self._versions = {name: correction.version for name, correction in self._corrections.items()}
         self._say = say
@@ -134,12 +135,11 @@ class HeadingSources:
             yaw = wrap_pi(yaw + declination)
         accuracy, wander = self._configured.get(heading.source, (None, None))
         wander, anew = self._by_calibration(heading.source, wander)
-        sigma = heading.accuracy_rad or accuracy or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
         source = heading.source if baseline else heading.source + _COMPASS
         wander_s = self._wander_s.get(heading.source) or (_BASELINE_WANDER_S if baseline else _COMPASS_WANDER_S)
-        sigma = sigma if baseline else _COMPASS_FACTOR * sigma
+        sigma = self._noise_rad.get(heading.source) or _supposed_rad(heading.accuracy_rad or accuracy, baseline)
         return Measured(heading.t_s, source, yaw, sigma, wander, anew, wander_s)
 
     def offer(self, heading: Measured, good: bool = True) -> TrueHeading | None:
@@ -198,6 +198,13 @@ class HeadingSources:
     def _rank(self, source: str) -> int:
         # a source that is not in the vessel's file ranks just before the boat's motion
         return self._ranks.get(source, len(self._ranks) - 3)
+
+
+def _supposed_rad(accuracy_rad: float | None, baseline: bool) -> float:
+    """The error of a heading from one to the next, where the vessel's file tells none."""
+    if baseline:
+        return accuracy_rad or _BASELINE_SIGMA_RAD
+    return _COMPASS_FACTOR * (accuracy_rad or _COMPASS_SIGMA_RAD)
 
 
 def _wander_rad(row: SensorConfig) -> float | None:

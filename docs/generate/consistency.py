@@ -18,7 +18,7 @@ over-confident, less where it is cautious.
 
 A cell gives the mean over seeds and instants, and how many instants are in the two-sided 95 % band, chi-square with so
 many degrees of freedom as seeds times numbers. Where more are outside than chance explains, the cell says which way.
-Slow errors last 30 to 120 s here, so the instants are not independent of each other; the seeds are."""
+Slow errors last 30 to 300 s here, so the instants are not independent of each other; the seeds are."""
 
 _MEANINGS = {
     "hold": "Hold",

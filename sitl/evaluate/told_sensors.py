@@ -16,17 +16,20 @@ from sitl.sensors import (
     GYRO_BIAS_RADPS,
     GYRO_WHITE_RADPS,
     HEADING_TAU_S,
+    YAW_RAD,
+    YAW_TAU_S,
     Grade,
 )
 
 _CORRECTED, _FIXED = 2, 4  # quality in GGA
 _CORRECTED_SHARE = 0.5  # of `velocity_accuracy_mps`, which a fix with corrections has
 _LEAST_M = 0.001
+_LEAST_RAD = math.radians(0.005)  # of a yaw whose error is slow and nothing else
 
 
 def told(vessel: VesselConfig, gnss: str) -> VesselConfig:
-    """The vessel with the figures of receivers of that grade and of its inertial sensor in their rows. What a heading
-    by compass is worth stays as the file says."""
+    """The vessel with the figures of receivers of that grade and of its inertial sensor in their rows, its yaw with
+    them. What a heading made of the raw magnetic field is worth stays as the file says."""
     return replace(vessel, sensors=tuple(_told(row, GRADES[gnss]) for row in vessel.sensors))
 
 
@@ -34,6 +37,8 @@ def _told(row: SensorConfig, grade: Grade) -> SensorConfig:
     if row.driver == "nmea0183":
         return _receiver(row, grade)
     density = 1.0 / math.sqrt(row.rate_hz)
+    if row.heading in ("magnetic", "true"):
+        row = replace(row, heading_noise_rad=_LEAST_RAD, heading_wander_rad=YAW_RAD, heading_wander_s=YAW_TAU_S)
     return replace(
         row,
         accelerometer_noise_mps2_rthz=ACCEL_WHITE_MPS2 * density,

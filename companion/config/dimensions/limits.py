@@ -133,18 +133,18 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
     sideways_n = 0.0 if any(t.kind in ("jet", "rudder", "sail") for t in thrusters) else largest(thrusters, 1)
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
-    turning_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))
-    if turning_nm < 1.0e-3 * ahead_n or any(t.kind == "rudder" for t in thrusters):
-        turning_nm = largest(thrusters, 2, free=(0, 1))
+    most_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))
+    if most_nm < 1.0e-3 * ahead_n or any(t.kind == "rudder" for t in thrusters):
+        most_nm = largest(thrusters, 2, free=(0, 1))
     source = "places and directions of the thrusters"
     return (
         Figure("limits.surge_n", _SHARE * ahead_n, 1.5, "0.9 of the largest X with Y = N = 0", source),
         Figure("limits.sway_n", _SHARE * sideways_n, 1.5, "0.9 of the largest Y with X = N = 0", source),
         Figure(
             "limits.yaw_nm",
-            _SHARE * turning_nm,
+            _SHARE * most_nm,
             1.5,
-            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder with full thrust ahead",
+            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or a single outboard with full thrust ahead",
             source,
         ),
     )

@@ -43,6 +43,19 @@ def test_a_magnetic_heading_is_made_true() -> None:
     assert compass is not None and compass.yaw_rad == 1.0
 
 
+def test_a_file_tells_the_noise_of_headings() -> None:
+    """A compass whose file tells none counts as three times as noisy as it is accurate."""
+    noise_rad = math.radians(0.05)
+    gnss, imu = (replace(row, heading_noise_rad=noise_rad) for row in REVOLT.sensors)
+    sources = HeadingSources(replace(REVOLT, sensors=(gnss, imu)), lambda *_: None)
+    compass = Heading(0.0, "imu", 1.0, 0.02, HeadingBy.COMPASS)
+    told, untold = sources.measured(compass, *PLACE), HeadingSources(REVOLT, lambda *_: None).measured(compass, *PLACE)
+    baseline = sources.measured(Heading(0.0, "gnss", 1.0, 0.02, HeadingBy.BASELINE), *PLACE)
+    assert told is not None and untold is not None and baseline is not None
+    assert told.sigma_rad == baseline.sigma_rad == noise_rad
+    assert untold.sigma_rad == pytest.approx(0.06) and told.wander_rad == untold.wander_rad
+
+
 def test_near_the_magnetic_pole_a_magnetic_heading_is_ignored() -> None:
     sources = HeadingSources(REVOLT, lambda *_: None)
     assert declination_rad(86.0, 142.0, 2026.4) is None

@@ -17,7 +17,7 @@ from sitl.evaluate.consistency import Case, Run, Sample, all_innovations, spread
 from sitl.evaluate.consistency_table import figures, lines
 from sitl.evaluate.normalised import judge_bias, judge_squares, normalised_squares, square_band
 from sitl.evaluate.told_sensors import told
-from sitl.sensors import GRADES
+from sitl.sensors import GRADES, YAW_RAD, YAW_TAU_S
 
 RUNS, INSTANTS, TIMES = 20, 6, 200
 COVARIANCE = np.array(
@@ -138,6 +138,13 @@ def test_a_told_file_has_the_figures_of_the_simulated_sensors() -> None:
     assert sbas.position_wander_m == GRADES["sbas"].slow_m
     assert 0.5 * sbas.velocity_accuracy_mps == GRADES["sbas"].velocity_mps
     assert sbas.heading_wander_rad is None, "one antenna gives no heading"
+
+
+def test_a_told_file_has_the_yaw_of_an_inertial_sensor_that_serves_as_a_compass() -> None:
+    imu = told(load(find("aboat")), "sbas").sensors[1]
+    assert (imu.heading_wander_rad, imu.heading_wander_s) == (YAW_RAD, YAW_TAU_S)
+    assert imu.heading_noise_rad is not None and imu.heading_noise_rad < 0.01 * YAW_RAD, "its error is slow, not noise"
+    assert told(load(find("revolt")), "rtk").sensors[1].heading_noise_rad is None, "its yaw is no heading"
 
 
 def test_the_command_sails_once_and_keeps_its_runs(

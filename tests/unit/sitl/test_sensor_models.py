@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -12,7 +13,7 @@ from companion.config.vessel import ConfigError, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
-from sitl.sensors import GRADES, GnssModel, ImuModel, grade, gravity_mps2
+from sitl.sensors import GRADES, YAW_RAD, YAW_TAU_S, GnssModel, ImuModel, grade, gravity_mps2
 
 VESSEL = load(find("revolt"))
 GNSS, IMU = VESSEL.sensors
@@ -197,3 +198,19 @@ def test_biases_walk_slowly() -> None:
     moved = [abs(now - then) for now, then in zip(model.biases, start, strict=True)]
     assert all(0.0 < change < 0.02 for change in moved[:3])
     assert all(0.0 < change < math.radians(0.03) for change in moved[3:])
+
+
+def yaw_errors(heading: str, count: int) -> list[float]:
+    model, hull, waves = ImuModel(replace(IMU, heading=heading), HOME, 0.01, 2), placed(), calm()  # type: ignore[arg-type]
+    return [model.sample(hull, waves)[8] for _ in range(count)]
+
+
+def test_the_yaw_of_a_compass_errs_from_sample_to_sample_as_a_slow_process_does() -> None:
+    """No steps every half second, which a filter of its headings would see; half a second later it is where the
+    process is."""
+    yaw, stepped = yaw_errors("magnetic", 20_000), yaw_errors("none", 20_000)
+    changes = [later - before for before, later in pairwise(yaw[100:])]
+    expected = YAW_RAD * math.sqrt(2.0 * 0.01 / YAW_TAU_S)
+    assert statistics.fmean(change * change for change in changes) == pytest.approx(expected**2, rel=0.1)
+    assert max(map(abs, changes)) < 6.0 * expected
+    assert yaw[98::50] == pytest.approx(stepped[49:-49:50], abs=1e-12)

@@ -11,14 +11,14 @@ from companion.mission.auxiliary import action_of
 from companion.mission.commands import RULES, Command, name_of
 from companion.supervisor.supervisor import Supervisor
 
-NUMBERS = (
+NUMBERS: tuple[Command, ...] = (
     Command.DO_SET_RELAY,
     Command.DO_REPEAT_RELAY,
     Command.DO_SET_SERVO,
     Command.DO_REPEAT_SERVO,
     Command.DO_SET_ACTUATOR,
 )
-ONCE = (Command.DO_REPEAT_RELAY, Command.DO_REPEAT_SERVO)  # done again, they would begin again
+ONCE: tuple[Command, ...] = (Command.DO_REPEAT_RELAY, Command.DO_REPEAT_SERVO)  # done again, they would begin again
 
 
 def auxiliary(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
