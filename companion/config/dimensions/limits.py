@@ -144,7 +144,7 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
             "limits.yaw_nm",
             _SHARE * most_nm,
             1.5,
-            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or a single outboard with full thrust ahead",
+            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or one outboard with full thrust",
             source,
         ),
     )
