@@ -35,6 +35,7 @@ _HELM_S, _MOST_HELM_RAD = 6.0, math.radians(25.0)  # time constant and most of t
 _TURN_RAD = math.radians(35.0)  # a larger error of the heading is a turn
 _LOOK_AHEAD = 6.0  # boat's lengths, to come back to a line
 _FASTER_1PS = 0.5  # of the mass: force for each m/s that is missing
+_ABEAM_RAD = math.radians(70.0)  # of the goal off the line: a boat that has missed it sails back to it
 _FENCE_S = 6.0  # of way ahead that must be clear, and two boat's lengths
 _STARBOARD, _PORT = 1.0, -1.0  # side that the wind comes from
 _NAMES = {_STARBOARD: "starboard tack", _PORT: "port tack"}
@@ -155,9 +156,12 @@ class Sailor:
         return abs(wrap_pi(yaw_rad - self._wind.from_rad)) >= self._no_go_rad
 
     def _towards(self, setpoint: PathSetpoint, nav: NavState) -> float:
-        """The course to the goal, back onto the line between the waypoints where there is one."""
+        """The course to the goal, back onto the line between the waypoints where there is one and the goal lies
+        ahead."""
         progress = setpoint.progress
         if progress.course_rad is None or progress.cross_track_error_m is None or progress.distance_to_go_m is None:
+            return setpoint.yaw_rad
+        if abs(wrap_pi(setpoint.yaw_rad - progress.course_rad)) > _ABEAM_RAD:
             return setpoint.yaw_rad
         ahead_m = min(_LOOK_AHEAD * self._config.length_m, max(1.0, progress.distance_to_go_m))
         return wrap_pi(progress.course_rad - math.atan2(progress.cross_track_error_m, ahead_m))

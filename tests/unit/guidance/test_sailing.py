@@ -199,6 +199,15 @@ def test_weather_helm_is_learned_and_changes_its_side_with_the_tack() -> None:
     assert crew.heading_deg(to(0.0), sailing(315.0)) == pytest.approx(315.0 - 5.0, abs=2.0)
 
 
+def test_a_goal_that_was_missed_is_sailed_back_to() -> None:
+    """Beyond it the line leads on: against the wind, for ever."""
+    progress = Progress(cross_track_error_m=13.0, course_rad=0.0, distance_to_go_m=20.0)
+    back = PathSetpoint(math.radians(220.0), 2.5, progress=progress)
+    assert Crew().heading_deg(back, sailing(200.0)) == pytest.approx(220.0, abs=1.0)
+    beside = PathSetpoint(math.radians(280.0), 2.5, progress=progress)
+    assert Crew().heading_deg(beside, sailing(280.0)) == pytest.approx(280.0, abs=1.0)
+
+
 def test_a_slower_speed_is_less_drive() -> None:
     fast, slow = (
         Crew().steer(replace(to(90.0), surge_mps=speed), sailing(90.0, surge_mps=0.5)) for speed in (2.5, 0.6)
