@@ -43,7 +43,7 @@ def keeps_straight(thrusters: Sequence[ThrusterConfig], failed: Collection[int])
 
 def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
     """Whether a thruster can push astern, by reversing or by turning round."""
-    return any(t.min_n < 0.0 or t.turns_round for t in thrusters)
+    return any(thruster.pushes_astern for thruster in thrusters)
 
 
 def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:

@@ -206,6 +206,11 @@ class ThrusterConfig:
         reaches = low is None or high is None or high > _ABEAM_RAD or low < -_ABEAM_RAD
         return self.kind == "azimuth" and reaches
 
+    @property
+    def pushes_astern(self) -> bool:
+        """Whether it can push astern, by reversing or by turning round."""
+        return self.min_n < 0.0 or self.turns_round
+
 
 @dataclass(frozen=True, slots=True)
 class FixErrors:

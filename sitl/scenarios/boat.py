@@ -25,6 +25,11 @@ def sideways(config: VesselConfig) -> str | None:
     return "it needs sideways thrust, and this boat has none (limits.sway_n = 0); bow_hold measures its Hold"
 
 
+def comes_back(config: VesselConfig) -> bool:
+    """Whether it holds by coming back to its point: under sail, and without way astern."""
+    return config.has_sail or not any(thruster.pushes_astern for thruster in config.thrusters)
+
+
 def berth(config: VesselConfig) -> str | None:
     """It must have a berth of its own."""
     if config.dock is not None:

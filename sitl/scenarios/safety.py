@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.allocation.propulsion import can_reverse
 from companion.config.top_speed import top_speed_mps
+from sitl.scenarios.boat import comes_back
 from sitl.scenarios.voyage import Floats, Voyage
 
 _EVERY_S = 0.2  # between two places of the hull that are looked at
@@ -226,10 +226,9 @@ def _disarmed(name: str, voyage: Voyage) -> Margin | None:
 
 
 def _drive_off(name: str, voyage: Voyage) -> Margin | None:
-    """Distance from the point that Hold keeps, once it has settled. A boat under sail or without way astern holds by
-    coming back to it."""
+    """Distance from the point that Hold keeps, once it has settled."""
     limit_m = max(_LEAST_RADIUS_M, _LENGTHS * voyage.config.length_m)
-    if voyage.config.has_sail or not can_reverse(voyage.config.thrusters):
+    if comes_back(voyage.config):
         limit_m = voyage.parameters["DP_ALARM_R"]
     settled = round(_SETTLED_S / voyage.period_s)
     found: list[tuple[float, float]] = []

@@ -144,7 +144,7 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
     values = tuple(limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
     if all(isinstance(value, (int, float)) for value in values):
         steers = any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
-        drifts = not any(thruster.min_n < 0.0 or thruster.turns_round for thruster in thrusters)
+        drifts = not any(thruster.pushes_astern for thruster in thrusters)
         made = parameter_figures(
             hull,
             values,  # type: ignore[arg-type]
