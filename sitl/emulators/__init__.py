@@ -36,6 +36,11 @@ _INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], D
 }
 
 
+def is_receiver(config: SensorConfig) -> bool:
+    """Whether the sensor is simulated as a satellite receiver of NMEA 0183."""
+    return config.driver == "nmea0183" and not config.name.startswith(tuple(_INSTRUMENTS))
+
+
 def _nmea0183(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Device:
     """One driver reads many kinds of device: the name's beginning wind…, compass…, sounder… or radar… chooses; any
     other is a receiver."""

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 
 from companion.config.rough_water import ROUGH, USUAL
-from companion.config.sensors import is_inertial
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
+from sitl.emulators import is_receiver
 from sitl.leader_script import script
 from sitl.magnetometer import MAGNETIC_DRIVER
 from sitl.rough_water import is_rough, plant_name
@@ -78,6 +78,6 @@ def _compass(config: VesselConfig, conditions: Conditions) -> str:
     """Where the heading comes from."""
     if conditions.magnetometer:
         return f"magnetometer, {conditions.magnetometer}"
-    if any(row.driver == "nmea0183" and row.antennas == 2 and not is_inertial(row) for row in config.sensors):
+    if any(is_receiver(row) and row.antennas == 2 for row in config.sensors):
         return "two antennas"
     return next((row.heading for row in config.sensors if row.heading != "none"), "none")

@@ -89,6 +89,9 @@ def test_the_report_names_receiver_compass_plant_and_limits() -> None:
     )
     assert "compass true, plant as_modelled" in sailed_with(load(find("blueboat")), Conditions("blueboat"))
     assert "plant strips, rough water" in sailed_with(load(find("otter")), Conditions("otter", water="rough"))
+    assert "compass magnetic" in sailed_with(load(find("aboat")), Conditions("aboat")), (
+        "its wind sensor has no antennas"
+    )
 
 
 @pytest.mark.parametrize("name", sorted(name for name, one in SCENARIOS.items() if "leader" in one.defaults))
