@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from companion.config.devices import SensorConfig
 from companion.config.dimensions.figure import Figure
@@ -22,6 +23,7 @@ _ACCELERATION_SHARE = 0.3  # of the thrust
 _TURN_SHARE, _SPIN_SHARE = 0.5, 0.8
 _SLOWEST_CRUISE_MPS = 0.3
 _HULL_SPEEDS = 1.2
+_HUMPS = 1.5  # RescueRunner's
 # In positioning; back to the point of a boat that drifts, faster than the drift (RescueRunner's).
 _MOST_POSITIONING_MPS, _MOST_BACK_MPS = 0.5, 2.5
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
@@ -135,8 +137,11 @@ def _spin_radps(hull: HullConfig, moment_nm: float) -> float:
 
 def _cruise_mps(hull: HullConfig, top_mps: float, length_m: float) -> float:
     """A share of the top speed. A hull that does not plane is not driven far beyond its hull speed: it steers badly
-    there."""
-    most_mps = math.inf if hull.resistance else _HULL_SPEEDS * math.sqrt(GRAVITY_MPS2 * length_m / math.tau)
+    there. One that planes is driven well beyond its hump, and no faster among people unless somebody asks for it."""
+    most_mps = _HULL_SPEEDS * math.sqrt(GRAVITY_MPS2 * length_m / math.tau)
+    if hull.resistance:
+        humps = [low[0] for low, high in pairwise(hull.resistance) if high[1] < low[1]]
+        most_mps = _HUMPS * humps[-1] if humps else math.inf
     return max(_SLOWEST_CRUISE_MPS, min(_CRUISE_SHARE * top_mps, most_mps))
 
 

@@ -187,6 +187,14 @@ def test_a_planing_boat_reaches_the_top_speed_that_it_was_given() -> None:
     assert top_speed_mps(boat.hull, boat.limits.surge_n) > 12.0
 
 
+def test_a_planing_boat_cruises_beyond_its_hump_and_not_near_its_top_speed() -> None:
+    slow = vessel(OUTBOARD.replace("mass_kg", "top_speed_mps = 11.0\nmass_kg"))
+    top_mps = top_speed_mps(slow.hull, slow.limits.surge_n)
+    assert slow.parameters["WP_SPEED"] == pytest.approx(0.6 * top_mps, rel=0.01)
+    scooter = vessel(OUTBOARD.replace("mass_kg", "top_speed_mps = 25.0\nmass_kg").replace("2000.0", "6000.0"))
+    assert scooter.parameters["WP_SPEED"] == pytest.approx(1.5 * scooter.hull.resistance[3][0], rel=0.01)
+
+
 def test_a_planing_boat_with_little_thrust_is_taken_at_its_word() -> None:
     boat = vessel(
         OUTBOARD.replace("mass_kg", "top_speed_mps = 15.0\nmass_kg").replace("max_n = 2000.0", "max_n = 900.0")
