@@ -207,11 +207,11 @@ class HoldMode(Mode):
     def update(self, inputs: ModeInputs) -> Setpoint:
         """The setpoint that keeps the hold point or goes to it."""
         self._stay(inputs)
-        point = self.target
+        point, stops = self.target, not self._hold_point.arrived
         setpoint = self._hold_point.update(inputs.nav, inputs.manual, inputs.speed_mps, inputs.dt_s)
         if self._hold_point.way_m is not None:
             self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
-        self._landing = self._landing and (self.target == point or self.going)
+        self._landing = self._landing and (self.target == point or self.going or stops)
         if self._hold_point.arrived or self._weathervane.turning:
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)

@@ -86,7 +86,9 @@ class PoseKeeper:
     def start(self, nav: NavState) -> None:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading."""
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(nav, self._parameters)
-        self._braking = nav if abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"] else None
+        fast = abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"]
+        # the fence asks for a stop where the reference still comes to rest inside
+        self._braking = nav if fast and (self._fence is None or self._fence.cause is None) else None
         self._begin(nav, self._planned, nav.yaw_rad)
 
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:

@@ -206,6 +206,7 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         browser.open(page.url)
         browser.wait("window.usvConsole?.model.boat && !$('#tab-command').hidden", "the boat")
         browser.click("#tab-command")
+        wait_until(lambda: any(row["position_valid"] == row["heading_valid"] == "1" for row in boat.rows()), "a fix")
         ordered(browser, '#modes [data-mode="Hold"]', "Hold: done")
         ordered(browser, "#o-arm", "Arm: done")
         wait_until(lambda: last(boat)["armed"] == "1" and last(boat)["mode"] == "Hold", "the boat's own log")

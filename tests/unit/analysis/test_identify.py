@@ -276,7 +276,7 @@ def test_what_cannot_be_identified_is_said(log: Log, tmp_path: Path) -> None:
 
 def test_a_hull_that_no_plant_has_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenario", "run", "identify", "--set", "hull=raft", "--out", str(tmp_path)]) == 2
-    assert "there is as_sailed, sea_trial, thesis" in capsys.readouterr().err
+    assert "has none of that name; try --set hull=as_sailed" in capsys.readouterr().err
 
 
 def test_half_a_last_line_is_left_out(log: Log, tmp_path: Path) -> None:

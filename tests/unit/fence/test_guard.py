@@ -459,9 +459,10 @@ def test_rtl_finds_another_way_when_a_fence_comes(boat: Boat) -> None:
 def test_pause_at_speed_near_the_line_stops_inside(boat: Boat) -> None:
     """The gentle stop would take 15 m: the reference begins slower, and the feedback brakes."""
     fence(boat)
-    at(boat, 42.0, 0.0, north_mps=1.0)
+    at(boat, 42.0, 0.0)
     armed_in(boat, ModeId.HOLD)
     assert go(boat, 42.0, 10.0).accepted
+    at(boat, 42.0, 0.0, north_mps=1.0)
     assert boat.supervisor.pause(boat.now_s).accepted
     boat.helm.mode.hold_here(boat.nav)
     north_m, _ = boat.helm.mode.target

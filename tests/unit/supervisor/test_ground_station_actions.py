@@ -173,8 +173,12 @@ def test_choosing_hold_again_gives_up_the_go_to(boat: Boat) -> None:
     boat.step(20.0)
     assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
     boat.step()
+    planned = boat.setpoint.progress.target.north_m
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.surge_mps == 0.0, "it brakes"
+    assert boat.nav.north_m < planned < boat.nav.north_m + 4.0
+    boat.step()
     north = boat.setpoint.progress.target.north_m
-    assert isinstance(boat.setpoint, PoseSetpoint) and boat.nav.north_m < north < boat.nav.north_m + 4.0
+    assert isinstance(boat.setpoint, PoseSetpoint) and north <= planned
     boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
     boat.step()
     assert boat.setpoint.progress.target.north_m == north
