@@ -140,11 +140,8 @@ def _thruster(a: Answers, place: _Place) -> Iterator[str]:
 
 def _pushes(azimuth_deg: float) -> str:
     """Which way a fixed thruster pushes the boat."""
-    return (
-        "pushes to starboard"
-        if azimuth_deg == 90.0
-        else f"pushes ahead to {'port' if azimuth_deg < 0.0 else 'starboard'}"
-    )
+    side = "port" if azimuth_deg < 0.0 else "starboard"
+    return f"pushes to {side}" if abs(azimuth_deg) == 90.0 else f"pushes ahead to {side}"
 
 
 def _rudder(a: Answers) -> Iterator[str]:

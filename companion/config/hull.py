@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -111,6 +112,11 @@ class HullConfig:
         (low, at_low), (high, at_high) = points[i], points[i + 1]
         slope = (at_high - at_low) / (high - low)
         return at_low + slope * (speed_mps - low), slope
+
+
+def humps(resistance: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """The points (speed m/s, force N) of a table of resistance from which it falls with speed: a hull planes beyond."""
+    return tuple(low for low, high in pairwise(resistance) if high[1] < low[1])
 
 
 @dataclass(frozen=True, slots=True)

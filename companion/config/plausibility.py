@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
+from companion.config.hull import humps
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
 from companion.config.vessel import VesselConfig
@@ -119,7 +119,7 @@ def _speed(config: VesselConfig) -> Iterator[Judgement]:
 
 def _planing(config: VesselConfig) -> Iterator[Judgement]:
     table = config.hull.resistance
-    hump = next((low for low, high in pairwise(table) if high[1] < low[1]), None)
+    hump = next(iter(humps(table)), None)
     top_mps = top_speed_mps(config.hull, config.limits.surge_n)
     if hump is not None and top_mps < hump[0]:
         yield Judgement(

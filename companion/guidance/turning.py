@@ -49,11 +49,11 @@ UNKNOWN = Turning()
 def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     """How the vessel turns; `on_the_spot`: it needs no way for it."""
     rudder = any(thruster.kind == "rudder" for thruster in config.thrusters)
-    return Turning(on_the_spot, config.hull if rudder else None, _bends_of(config))
+    return Turning(on_the_spot, config.hull if rudder else None, bends_of(config))
 
 
-def _bends_of(config: VesselConfig) -> BendSpeeds | None:
-    """Of a boat whose moment does not depend on the flow, as those of rudders and jets do."""
+def bends_of(config: VesselConfig) -> BendSpeeds | None:
+    """The speeds in bends of a boat whose moment does not depend on the flow, as those of rudders and jets do."""
     if config.limits.sway_n > 0.0 or any(thruster.kind not in ("fixed", "azimuth") for thruster in config.thrusters):
         return None
     return BendSpeeds(config.hull, YawLimit(config), top_speed_mps(config))

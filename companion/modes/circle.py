@@ -14,7 +14,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
 from companion.guidance.orbit import Circle, OrbitGuidance, chosen_circle, least_radius_m, radius_refusal, whole_line
-from companion.guidance.turning import turning_of
+from companion.guidance.turning import bends_of
 from companion.modes.mode import FURTHEST_LEG_M, Mode
 from companion.modes.parts.headway import Headway
 from companion.modes.parts.refusals import FENCE_REFUSALS
@@ -93,8 +93,7 @@ class CircleMode(Mode):
         self._events = events
         self._frame = frame
         self._fence = fence
-        bends = turning_of(config, on_the_spot=False).bends
-        self._guidance = OrbitGuidance(parameters, config.limits.sway_n > 0.0, top_speed_mps(config), bends)
+        self._guidance = OrbitGuidance(parameters, config.limits.sway_n > 0.0, top_speed_mps(config), bends_of(config))
         self._hold_point = HoldPoint(config, parameters, fence)
         self._watch = WatchCircles(parameters, events, "Circle")
         self._headway = Headway("Circle", events)

@@ -15,7 +15,7 @@ from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
 from companion.core.work import Lane
 from companion.guidance.orbit import OrbitGuidance
-from companion.guidance.turning import turning_of
+from companion.guidance.turning import bends_of
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import item_number
 from companion.mission.tasks import (
@@ -118,8 +118,7 @@ class MissionMode(Mode):
         self._sailing = RouteSailing(config, parameters, executor, fence)
         self._homing: Search[Homeward | str] = Search(fence.submit_urgent)
         self._home: Homeward | str | None = None  # the way to it
-        bends = turning_of(config, on_the_spot=False).bends
-        self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config), bends)
+        self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config), bends_of(config))
         self._headway = Headway("Mission", events)
         self._task: Task | None = None
         self._since_s: float | None = None

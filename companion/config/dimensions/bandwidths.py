@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 
 from companion.config.devices import SensorConfig
 from companion.config.dimensions.figure import Figure
 from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.receivers import grade_of
-from companion.config.hull import HullConfig
+from companion.config.hull import HullConfig, humps
 
 # Errors at which the proportional part alone takes all thrust. ReVolt's tuned gains are at 0.7 m, 0.43 m and 18°.
 _FULL_AT_M, _FULL_AT_RAD = 0.7, 0.3
@@ -140,8 +139,8 @@ def _cruise_mps(hull: HullConfig, top_mps: float, length_m: float) -> float:
     there. One that planes is driven well beyond its hump, and no faster among people unless somebody asks for it."""
     most_mps = _HULL_SPEEDS * math.sqrt(GRAVITY_MPS2 * length_m / math.tau)
     if hull.resistance:
-        humps = [low[0] for low, high in pairwise(hull.resistance) if high[1] < low[1]]
-        most_mps = _HUMPS * humps[-1] if humps else math.inf
+        last = humps(hull.resistance)[-1:]
+        most_mps = _HUMPS * last[0][0] if last else math.inf
     return max(_SLOWEST_CRUISE_MPS, min(_CRUISE_SHARE * top_mps, most_mps))
 
 

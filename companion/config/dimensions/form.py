@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeGuard, get_args
 
 from companion.config.kinds import Problem
 
@@ -136,7 +136,7 @@ def dimensions_of(hull: Mapping[str, Any], top: Mapping[str, Any]) -> tuple[Dime
     wrong: list[Problem] = [
         (("hull", key), f"should be a number above 0, not {value!r}")
         for key, value in numbers.items()
-        if value is not None and not _above_zero(value)
+        if value is not None and not above_zero(value)
     ]
     needed = ("length_m", "beam_m", "mass_kg", *(("hull_beam_m",) if form == "catamaran" else ()))
     wrong += [
@@ -193,6 +193,6 @@ def _draft(boat: Dimensions, block: float) -> float:
     return boat.hull_volume_m3 / (boat.length_m * boat.hull_beam_m * block)
 
 
-def _above_zero(value: Any) -> bool:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and math.isfinite(value) and value > 0.0
+def above_zero(value: object) -> TypeGuard[float]:
+    """Whether a raw value is a finite number above 0."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < value < math.inf

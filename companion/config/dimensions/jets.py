@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
-from typing import Any, TypeGuard
+from typing import Any
 
 from companion.config.devices import JetConfig, ThrusterConfig
 from companion.config.dimensions.figure import Figure
-from companion.config.dimensions.form import Dimensions
+from companion.config.dimensions.form import Dimensions, above_zero
 from companion.config.dimensions.surge_damping import planing_table, usual_speed_mps
+from companion.config.hull import humps
 from companion.config.kinds import Problem
 
 _RATIO = 1.6  # speed of the jet at full throttle over the boat's top speed: RescueRunner's; 1.5 to 2 (Allison 1993)
@@ -65,7 +65,7 @@ def completed(
 
 def _missing(row: Mapping[str, Any], curve: Mapping[str, Any], boat: Dimensions | None) -> tuple[str, str] | None:
     """(key, text) of what the jet cannot be completed without."""
-    if not _is_above_zero(row.get("ahead_n", row.get("max_n"))):
+    if not above_zero(row.get("ahead_n", row.get("max_n"))):
         return "max_n", "is missing: pull of the jet at full throttle with the boat at rest, in N: a scale at the quay"
     if boat is None and not curve:
         return "kind", "a jet needs its table [thruster.jet], or [hull] a form"
@@ -84,14 +84,14 @@ def _filled(row: Mapping[str, Any]) -> dict[str, Any]:
 def _curve(pull_n: float, given: Mapping[str, Any], boat: Dimensions | None) -> list[Figure]:
     """The keys of `[thruster.jet]` for that pull, as far as they follow."""
     area = given.get("density_area_kgpm")
-    if _is_above_zero(area):
+    if above_zero(area):
         exit_mps = math.sqrt(pull_n / float(area))
     elif boat is not None:
         exit_mps = _RATIO * top_mps(boat, pull_n)
     else:
         return []
     idle, exponent = given.get("idle_mps"), "1, as of an impeller whose speed follows the throttle"
-    idle_mps = float(idle) if _is_above_zero(idle) else _IDLE_SHARE * exit_mps
+    idle_mps = float(idle) if above_zero(idle) else _IDLE_SHARE * exit_mps
     return [
         Figure(
             "density_area_kgpm", round(pull_n / exit_mps**2, 4), 1.6, "pull / V², V = 1.6 of the top speed", _SOURCE
@@ -139,8 +139,4 @@ def parameter_figures(thruster: ThrusterConfig) -> tuple[Figure, ...]:
 def _hump_n(boat: Dimensions, thruster: ThrusterConfig) -> float:
     """The largest resistance below top speed of a hull whose resistance falls once it planes; else 0."""
     table = planing_table(boat, (thruster,)) if boat.form == "planing" else ()
-    return max((low[1] for low, high in pairwise(table) if high[1] < low[1]), default=0.0)
-
-
-def _is_above_zero(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < value < math.inf
+    return max((force_n for _, force_n in humps(table)), default=0.0)
