@@ -343,9 +343,9 @@ def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tu
 
 def _reporters(config: VesselConfig, devices: Devices, around: Surroundings, events: EventLog) -> Iterator[Recorder]:
     """What tells devices aboard of the boat's state."""
-    for sensor in devices.sensors:
-        if isinstance(sensor, ReportsBack):
-            yield sensor.telemetry
+    for device in (*devices.sensors, *devices.actuators):
+        if isinstance(device, ReportsBack):
+            yield device.telemetry
     if around.network is not None:
         for row in config.nmea_out:
             yield NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say)

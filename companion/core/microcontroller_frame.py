@@ -40,7 +40,7 @@ Type 2, STATUS, board → host, 20 times a second:
     2      sequence  u8    of the last valid COMMAND
     3      flags     u8    bit 0: neutral because commands stopped. bit 1: leak sensor wet. bit 2: RC receiver present.
                            bit 3: RC receiver has no signal. bit 4: the transmitter's safe switch is on: the thrusters
-                           follow its sticks or stand still, whatever the COMMAND. Others 0
+                           follow its sticks or stand still, whatever the COMMAND. bit 5: takes RADIO. Others 0
     4      battery   u16   mV; 65535: not measured
     6      current   i32   mA out of the battery; −2147483648: not measured
     10     remaining u8    0…254 ↔ 0…1 of the battery's charge; 255: unknown
@@ -61,6 +61,11 @@ Type 4, IDENT, board → host, at power-up and on request:
     7      name      ASCII
 
 Types 5 and 6, outputs beside the thrusters: `companion.core.microcontroller_auxiliary`.
+
+Type 7, RADIO, host → board, while STATUS says that the board takes it: 1…64 bytes for the RC receiver on the board, as
+they are. A board that has not sent the last yet sends the newest only.
+
+Version 1 of the frame gained it, and the bit of STATUS, after types 1 to 6.
 """
 
 from __future__ import annotations
@@ -84,9 +89,10 @@ from companion.core.microcontroller_auxiliary import (
 VERSION = 1
 MAX_THRUSTERS = 16
 RC_CHANNELS = 8
+MAX_RADIO_BYTES = 64
 WATCHDOG_S = 0.5  # a board without a valid command for this long goes neutral
 
-_COMMAND, _STATUS, _IDENT_REQUEST, _IDENT = 1, 2, 3, 4
+_COMMAND, _STATUS, _IDENT_REQUEST, _IDENT, _RADIO = 1, 2, 3, 4, 7
 _MAX_NAME = 32
 _MAX_MESSAGE = 253  # shorter than the 254 from which COBS would need its long blocks
 _MAX_ENCODED = _MAX_MESSAGE + 1
@@ -144,7 +150,7 @@ class BoardCommand:
 @dataclass(frozen=True, slots=True)
 class BoardStatus:
     """STATUS: state of the board. `remaining` 0…1. `rc_us`: eight pulse widths, 0 for a missing channel. `safe_mode`:
-    the transmitter's safe switch is on, and the board ignores COMMAND."""
+    the transmitter's safe switch is on, and the board ignores COMMAND. `takes_radio`: it passes RADIO on."""
 
     sequence: int
     neutral_by_watchdog: bool
@@ -157,6 +163,7 @@ class BoardStatus:
     rc_us: tuple[int, ...]
     thrusters: tuple[ThrusterState, ...]
     safe_mode: bool = False
+    takes_radio: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,14 +180,21 @@ class Ident:
     name: str
 
 
-Message = BoardCommand | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | AuxiliaryState
+@dataclass(frozen=True, slots=True)
+class Radio:
+    """RADIO: 1 to 64 bytes for the RC receiver on the board."""
+
+    data: bytes
+
+
+Message = BoardCommand | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | AuxiliaryState | Radio
 
 
 def encode(message: Message) -> bytes:
     """The bytes of one frame that holds `message`, both delimiters included.
 
     Values out of range are limited; a throttle that is NaN becomes 0, an azimuth that is not finite "does not turn".
-    Raises ValueError for more than 16 thrusters, servos or relays.
+    Raises ValueError for more than 16 thrusters, servos or relays, and for RADIO of no byte or more than 64.
     """
     if isinstance(message, BoardCommand):
         body = _encode_command(message)
@@ -192,6 +206,8 @@ def encode(message: Message) -> bytes:
     elif isinstance(message, AuxiliaryDemand | AuxiliaryState):
         kind = AUXILIARY if isinstance(message, AuxiliaryDemand) else AUXILIARY_STATUS
         body = bytes((VERSION, kind)) + encode_outputs(message)
+    elif isinstance(message, Radio):
+        body = bytes((VERSION, _RADIO)) + _fitting(message.data)
     else:
         body = bytes((VERSION, _IDENT_REQUEST))
     return frame(body + _CRC.pack(crc_hqx(body, _CRC_START)))
@@ -268,6 +284,8 @@ def decode(encoded: bytes) -> Message | None:
         return _decode_ident(body)
     if kind in (AUXILIARY, AUXILIARY_STATUS):
         return decode_outputs(kind, body[2:])
+    if kind == _RADIO:
+        return Radio(body[2:]) if 1 <= len(body) - 2 <= MAX_RADIO_BYTES else None
     return IdentRequest() if kind == _IDENT_REQUEST and len(body) == 2 else None
 
 
@@ -299,6 +317,12 @@ def _decode_command(body: bytes) -> BoardCommand | None:
     return BoardCommand(sequence, bool(flags & 1), thrusters, lower, _LIGHTS[red], _LIGHTS[yellow], _LIGHTS[green])
 
 
+def _fitting(data: bytes) -> bytes:
+    if not 1 <= len(data) <= MAX_RADIO_BYTES:
+        raise ValueError(f"{len(data)} bytes for the RC receiver; a frame holds 1 to {MAX_RADIO_BYTES}")
+    return data
+
+
 def _encode_status(message: BoardStatus) -> bytes:
     flags = (
         message.neutral_by_watchdog
@@ -306,6 +330,7 @@ def _encode_status(message: BoardStatus) -> bytes:
         | message.rc_present << 2
         | message.rc_lost << 3
         | message.safe_mode << 4
+        | message.takes_radio << 5
     )
     voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
     current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
@@ -327,7 +352,7 @@ def _decode_status(body: bytes) -> BoardStatus | None:
     if len(body) < _STATUS_HEAD.size:
         return None
     _, _, sequence, flags, voltage, current, remaining, *rc_us, n = _STATUS_HEAD.unpack_from(body)
-    if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 31:
+    if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 63:
         return None
     states = list(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
     for throttle, azimuth, state in states:
@@ -355,6 +380,7 @@ def _decode_status(body: bytes) -> BoardStatus | None:
             ]
         ),
         safe_mode=bool(flags & 16),
+        takes_radio=bool(flags & 32),
     )
 
 

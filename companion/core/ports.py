@@ -74,7 +74,7 @@ class Sensor(Protocol):
 
 @runtime_checkable
 class ReportsBack(Protocol):
-    """A sensor whose device shows the boat's state: `telemetry` gets every tick."""
+    """A sensor or actuator whose device shows the boat's state: `telemetry` gets every tick."""
 
     telemetry: Recorder
 

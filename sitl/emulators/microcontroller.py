@@ -16,17 +16,19 @@ from companion.core.microcontroller_frame import (
     Ident,
     IdentRequest,
     Message,
+    Radio,
     ThrusterState,
     encode,
 )
 from sitl.battery import LOW_REMAINING, LOW_VOLTAGE_V, BatteryModel
 from sitl.drives import DriveModel
+from sitl.emulators.rc_receiver import shown
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import ThrusterModel
 
 _STATUS_HZ = 20.0
-_FIRMWARE = (1, 0, 0)
+_FIRMWARE = (1, 1, 0)
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
 _NONE = (0,) * RC_CHANNELS
@@ -34,7 +36,7 @@ _NONE = (0,) * RC_CHANNELS
 
 class MicrocontrollerEmulator:
     """Obeys armed commands; without them it is neutral. `rc_us`: pulses of a transmitter, None without an RC receiver.
-    `outputs`: state of its servos and relays."""
+    `telemetry`: the CRSF frames for its screen, by type. `outputs`: state of its servos and relays."""
 
     def __init__(
         self,
@@ -49,6 +51,7 @@ class MicrocontrollerEmulator:
         self._port = port
         self.last_command: BoardCommand | None = None
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
+        self.telemetry: dict[int, bytes] = {}
         self._thrusters = tuple(thrusters)
         self._drives = tuple(DriveModel(thruster.config, pulses=False) for thruster in thrusters)
         self._battery = battery
@@ -91,6 +94,8 @@ class MicrocontrollerEmulator:
             self._introduced = False
         elif isinstance(message, AuxiliaryDemand):
             self._switch(message, t_s)
+        elif isinstance(message, Radio) and self.rc_us is not None:
+            self.telemetry.update(shown(message.data))
 
     def _has_expired(self, commanded_s: float | None, t_s: float) -> bool:
         """Whether the watchdog trips: the board has stopped, or the last command is too old."""
@@ -144,6 +149,7 @@ class MicrocontrollerEmulator:
                     for each, drive in zip(self._thrusters, self._drives, strict=True)
                 ]
             ),
+            takes_radio=pulses is not None,
         )
 
     def _switch(self, demand: AuxiliaryDemand, t_s: float) -> None:

@@ -73,12 +73,18 @@ class CrsfEmulator(_Receiver):
             self._port.send(_frame(0x14, bytes((60, 60, quality, 10, 0, 4, 3, 60, quality, 10))), at_s)
 
     def _listen(self, t_s: float) -> None:
-        data = b"".join(chunk for _, chunk in self._port.receive(t_s))
-        while len(data) > 3 and data[0] == 0xC8 and len(data) >= 2 + data[1]:
-            body, crc = data[2 : 1 + data[1]], data[1 + data[1]]
-            if _crc(body) == crc:
-                self.telemetry[body[0]] = body[1:]
-            data = data[2 + data[1] :]
+        self.telemetry.update(shown(b"".join(chunk for _, chunk in self._port.receive(t_s))))
+
+
+def shown(data: bytes) -> dict[int, bytes]:
+    """The payloads of whole frames for the transmitter's screen, by type."""
+    found: dict[int, bytes] = {}
+    while len(data) > 3 and data[0] == 0xC8 and len(data) >= 2 + data[1]:
+        body, crc = data[2 : 1 + data[1]], data[1 + data[1]]
+        if _crc(body) == crc:
+            found[body[0]] = body[1:]
+        data = data[2 + data[1] :]
+    return found
 
 
 def _frame(kind: int, payload: bytes) -> bytes:

@@ -128,3 +128,15 @@ def test_the_transmitters_screen_shows_the_boat(desk: Desk) -> None:
     desk.ready()
     desk.tick(60)
     assert set(receiver.telemetry) >= {0x02, 0x1E, 0x21} and receiver.telemetry[0x21] == b"Manual*\0"
+
+
+def test_a_receiver_on_the_board_gets_the_telemetry_through_it(tmp_path: Path) -> None:
+    rig = LockstepRig(Conditions("revolt", seed=3), tmp_path / "log", link="memory:desk")
+    desk = Desk(tmp_path, rig)
+    board: Any = rig.world.boards[0]
+    desk.ready()
+    assert board.telemetry == {}, "there is no receiver"
+    rig.world.set_transmitter((1500,) * 8)
+    desk.tick(60)
+    assert set(board.telemetry) >= {0x02, 0x08, 0x1E, 0x21} and board.telemetry[0x21] == b"Manual*\0"
+    desk.close()

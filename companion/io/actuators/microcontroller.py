@@ -17,6 +17,7 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
+    Radio,
     ThrusterDemand,
     encode,
 )
@@ -24,6 +25,7 @@ from companion.core.ports import ByteStream
 from companion.core.readings import Battery, Leak, RcInput, Reading
 from companion.core.tick import DeviceHealth
 from companion.io.actuators.calibration import ThrusterOutput
+from companion.io.crsf_telemetry import CrsfTelemetry
 from companion.io.rc_receiver import channels
 from companion.io.recognise import Overheard
 
@@ -32,9 +34,26 @@ _COMMAND_GRACE_S = 1.0  # a board that has not had our commands for so long is a
 _SILENT_BYTES = 400  # that many bytes without one valid frame: not the language or not the speed
 
 
+class _RadioOnBoard:
+    """The way back to a transmitter whose receiver is wired to the board. `open`: the board takes RADIO."""
+
+    def __init__(self, stream: ByteStream) -> None:
+        self.open = False
+        self._stream = stream
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Send one RADIO frame."""
+        self._stream.write(encode(Radio(data)), now_s)
+
+    def fault(self) -> str | None:
+        """Why nothing can be sent, or None."""
+        return self._stream.fault() if self.open else "the board passes nothing on to an RC receiver"
+
+
 class MicrocontrollerBridge:
     """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames →
-    `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`.
+    `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`. `telemetry` sends the boat's state to the transmitter, where the
+    board's RC receiver takes it.
 
     Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose
     azimuth another bridge drives is a fixed one to the board. Remembers the last status, the board's identity, the
@@ -68,6 +87,8 @@ class MicrocontrollerBridge:
         self._relays = _positions([relay.name for relay in vessel.relays], config.relays)
         self._outputs: AuxiliaryState | None = None
         self._outputs_s: float | None = None
+        self._radio = _RadioOnBoard(stream)
+        self.telemetry = CrsfTelemetry(self._radio)
         self._decoder = FrameDecoder()
         self._status: BoardStatus | None = None
         self._ident: Ident | None = None
@@ -96,6 +117,7 @@ class MicrocontrollerBridge:
         if newest is None:
             return ()
         self._heard_s, self._status = newest
+        self._radio.open = self._status.takes_radio
         return self._readings(*newest)
 
     def write(self, command: ActuatorCommand, now_s: float) -> None:

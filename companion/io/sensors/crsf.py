@@ -18,7 +18,7 @@ from fastcrc import crc8
 from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.readings import Reading
-from companion.io.sensors.crsf_telemetry import CrsfTelemetry
+from companion.io.crsf_telemetry import CrsfTelemetry
 from companion.io.sensors.driver import SILENT_BYTES
 from companion.io.sensors.rc_stream import CHANNEL_BYTES, RcStream, unpacked
 

@@ -15,6 +15,7 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
+    Radio,
     ThrusterDemand,
     ThrusterState,
     encode,
@@ -102,12 +103,25 @@ def test_status_bytes() -> None:
     assert FrameDecoder().feed(on_the_wire(body)) == [STATUS]
 
 
-def test_safe_mode_is_bit_4_and_the_bits_above_it_are_reserved() -> None:
-    for flags, status in ((0x16, replace(STATUS, safe_mode=True)), (0x26, None)):
+def test_safe_mode_is_bit_4_radio_bit_5_and_the_bits_above_are_reserved() -> None:
+    both = replace(STATUS, safe_mode=True, takes_radio=True)
+    for flags, status in ((0x16, replace(STATUS, safe_mode=True)), (0x36, both), (0x46, None)):
         body = bytes((1, 2, 7, flags)) + struct.pack("<HiB8HB", 12345, -1500, 254, 1000, 1500, 2000, 0, 0, 0, 0, 0, 2)
         body += struct.pack("<hhB", 2500, -10000, 1) + struct.pack("<hhB", -10000, -32768, 0)
         assert FrameDecoder().feed(on_the_wire(body)) == ([] if status is None else [status])
-    assert FrameDecoder().feed(encode(replace(STATUS, safe_mode=True))) == [replace(STATUS, safe_mode=True)]
+    assert FrameDecoder().feed(encode(both)) == [both]
+
+
+def test_radio_bytes() -> None:
+    assert encode(Radio(b"\xc8\x00\x01")) == on_the_wire(b"\x01\x07\xc8\x00\x01")
+    assert FrameDecoder().feed(on_the_wire(b"\x01\x07" + bytes(64))) == [Radio(bytes(64))]
+    assert FrameDecoder().feed(on_the_wire(b"\x01\x07" + bytes(65))) == []
+
+
+@pytest.mark.parametrize("length", [0, 65])
+def test_radio_holds_1_to_64_bytes(length: int) -> None:
+    with pytest.raises(ValueError, match=f"{length} bytes for the RC receiver; a frame holds 1 to 64"):
+        encode(Radio(bytes(length)))
 
 
 def test_ident_bytes() -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from companion.core.decision import ModeId
 from companion.core.readings import Battery
 from companion.core.tick import Inputs
-from companion.io.sensors.crsf_telemetry import CrsfTelemetry
+from companion.io.crsf_telemetry import CrsfTelemetry
 from tests.unit.estimates import AT_REST
 from tests.unit.io.sensors.rc_line import ANY_STREAM, HIGH, LOW, Line, cut, in_shares, packed
 from tests.unit.io.sensors.test_sbus import CENTRED

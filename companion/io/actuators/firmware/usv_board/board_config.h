@@ -3,6 +3,7 @@
 #define BOARD_CONFIG_H
 
 #include "usv_board.h"
+#include "usv_rc.h"
 
 #define BOARD_NAME "revolt"
 #define HOST Serial
@@ -48,7 +49,14 @@ static const uint8_t SERVO_PIN[] = {8};
 static const uint8_t RED_PIN = 30, YELLOW_PIN = 31, GREEN_PIN = 32;
 
 static const uint8_t LEAK_PIN = 33; /* to ground when wet; NO_PIN: none */
-static const uint8_t PPM_PIN = 2;   /* PPM sum signal of an RC receiver, on a pin with an interrupt; NO_PIN: none */
+
+/* RC receiver: USV_RC_NONE; USV_RC_PPM, a sum signal on PPM_PIN, which must have an interrupt; or USV_RC_SBUS or USV_RC_CRSF, on RC_PORT.
+ * The signal of SBUS is inverted: an inverter turns it. CRSF at 420000 baud needs a board of 32 bits; a Mega does 400000, which ExpressLRS
+ * can be set to. Battery, place, attitude and mode go back by CRSF to the transmitter's screen. */
+#define RC_PROTOCOL USV_RC_PPM
+static const uint8_t PPM_PIN = 2;
+/* #define RC_PORT Serial1 */
+#define CRSF_BAUD 420000
 
 /* Analog inputs; NO_PIN: not measured. */
 static const uint8_t VOLTAGE_PIN = A0;

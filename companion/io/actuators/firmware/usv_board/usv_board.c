@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define FIRMWARE_MAJOR 1
-#define FIRMWARE_MINOR 0
+#define FIRMWARE_MINOR 1
 #define FIRMWARE_PATCH 0
 
 #define BLINK_MS 500U
@@ -72,6 +72,9 @@ void usv_board_hear(usv_board *board, uint8_t byte, uint32_t now_ms)
             board->auxiliary = board->auxiliary_heard = true;
             board->auxiliary_ms = now_ms;
         }
+        break;
+    case USV_RADIO:
+        board->out.radio = board->message.body.radio;
         break;
     default:
         break; /* messages from boards to hosts */
@@ -212,6 +215,7 @@ static void describe(usv_status *status, const usv_board *board)
     status->rc_present = board->in.rc_present;
     status->rc_lost = board->in.rc_present && board->rc_lost;
     status->safe_mode = board->safe_mode;
+    status->takes_radio = board->in.takes_radio;
     status->battery_mv = board->in.battery_mv;
     status->current_ma = board->in.current_ma;
     status->remaining = board->in.remaining;

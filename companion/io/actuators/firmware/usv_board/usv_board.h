@@ -40,8 +40,9 @@ typedef struct {
     uint16_t battery_mv; /* USV_NO_VOLTAGE where it is not measured; the next two likewise */
     int32_t current_ma;
     uint8_t remaining;
-    bool rc_present; /* there is a receiver */
-    bool rc_fresh;   /* `rc_us` came in since the last step */
+    bool rc_present;  /* there is a receiver */
+    bool rc_fresh;    /* `rc_us` came in since the last step */
+    bool takes_radio; /* `out.radio` is sent to the receiver */
     uint16_t rc_us[USV_RC_CHANNELS];
     usv_drive_input thruster[USV_MAX_THRUSTERS];
 } usv_board_in;
@@ -50,6 +51,7 @@ typedef struct {
     usv_drive_output thruster[USV_MAX_THRUSTERS];
     bool red, yellow, green; /* lit at this moment */
     usv_outputs auxiliary;
+    usv_radio radio; /* for the RC receiver; set `length` to 0 once it is sent */
 } usv_board_out;
 
 typedef struct {

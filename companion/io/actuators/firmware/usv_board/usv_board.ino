@@ -14,6 +14,11 @@
 #define PPM_GAP_US 3000U
 
 static usv_board board;
+#ifdef RC_PORT
+static usv_rc receiver;
+#else
+static_assert(RC_PROTOCOL != USV_RC_SBUS && RC_PROTOCOL != USV_RC_CRSF, "SBUS and CRSF need an RC_PORT in board_config.h");
+#endif
 static Servo throttle[THRUSTER_COUNT], azimuth[THRUSTER_COUNT], servo[SERVO_COUNT > 0 ? SERVO_COUNT : 1];
 
 /* --- transmitter: one train of pulses, all channels one after the other -------------------------------------------- */
@@ -42,9 +47,8 @@ static void ppm_edge()
     }
 }
 
-static void read_transmitter()
+static void read_ppm()
 {
-    board.in.rc_present = PPM_PIN != NO_PIN;
     noInterrupts();
     if (ppm_channels > 0) {
         board.in.rc_fresh = true;
@@ -54,6 +58,69 @@ static void read_transmitter()
         ppm_channels = 0;
     }
     interrupts();
+}
+
+/* --- transmitter: SBUS or CRSF on a serial port -------------------------------------------------------------------- */
+
+#ifdef RC_PORT
+static void read_rc_port(uint32_t now_ms)
+{
+    uint16_t us[USV_RC_CHANNELS];
+    for (uint8_t i = 0; i < BYTES_PER_TURN && RC_PORT.available() > 0; i++) {
+        if (usv_rc_hear(&receiver, (uint8_t)RC_PORT.read(), now_ms, us)) {
+            board.in.rc_fresh = true;
+            for (uint8_t j = 0; j < USV_RC_CHANNELS; j++) {
+                board.in.rc_us[j] = us[j];
+            }
+        }
+    }
+}
+
+/* A frame goes back whole or waits: writing must not hold the loop. */
+static void write_rc_port()
+{
+    usv_radio &radio = board.out.radio;
+    if (radio.length > 0 && RC_PROTOCOL == USV_RC_CRSF && RC_PORT.availableForWrite() >= (int)radio.length) {
+        RC_PORT.write(radio.data, radio.length);
+        radio.length = 0;
+    }
+}
+
+static void start_rc_port()
+{
+    usv_rc_start(&receiver, RC_PROTOCOL);
+    if (RC_PROTOCOL == USV_RC_SBUS) {
+        RC_PORT.begin(100000, SERIAL_8E2);
+    } else {
+        RC_PORT.begin(CRSF_BAUD);
+    }
+}
+#endif
+
+static void start_transmitter()
+{
+    board.in.rc_present = RC_PROTOCOL != USV_RC_NONE;
+    board.in.takes_radio = RC_PROTOCOL == USV_RC_CRSF;
+    if (RC_PROTOCOL == USV_RC_PPM) {
+        pinMode(PPM_PIN, INPUT);
+        attachInterrupt(digitalPinToInterrupt(PPM_PIN), ppm_edge, RISING);
+    }
+#ifdef RC_PORT
+    start_rc_port();
+#endif
+}
+
+static void read_transmitter(uint32_t now_ms)
+{
+    if (RC_PROTOCOL == USV_RC_PPM) {
+        read_ppm();
+    }
+#ifdef RC_PORT
+    read_rc_port(now_ms);
+    write_rc_port();
+#else
+    (void)now_ms;
+#endif
 }
 
 /* --- sensors ------------------------------------------------------------------------------------------------------ */
@@ -163,10 +230,7 @@ void setup()
     if (LEAK_PIN != NO_PIN) {
         pinMode(LEAK_PIN, INPUT_PULLUP);
     }
-    if (PPM_PIN != NO_PIN) {
-        pinMode(PPM_PIN, INPUT);
-        attachInterrupt(digitalPinToInterrupt(PPM_PIN), ppm_edge, RISING);
-    }
+    start_transmitter();
     HOST.begin(HOST_BAUD);
 #ifdef __AVR__
     wdt_enable(WDTO_250MS);
@@ -183,7 +247,7 @@ void loop()
         usv_board_hear(&board, (uint8_t)HOST.read(), now_ms);
     }
     read_sensors();
-    read_transmitter();
+    read_transmitter(now_ms);
     usv_board_step(&board, now_ms);
     write_outputs();
     speak(now_ms);

@@ -109,9 +109,10 @@ static uint8_t *put_command(uint8_t *at, const usv_command *command)
 
 static uint8_t *put_status(uint8_t *at, const usv_status *status)
 {
-    const bool flags[5] = {status->neutral_by_watchdog, status->leak_wet, status->rc_present, status->rc_lost, status->safe_mode};
+    const bool flags[6] = {status->neutral_by_watchdog, status->leak_wet,  status->rc_present,
+                           status->rc_lost,             status->safe_mode, status->takes_radio};
     uint8_t packed = 0;
-    for (uint8_t i = 0; i < 5; i++) {
+    for (uint8_t i = 0; i < 6; i++) {
         packed = (uint8_t)(packed | ((flags[i] ? 1U : 0U) << i));
     }
     at = put_u8(at, status->sequence);
@@ -206,6 +207,13 @@ size_t usv_encode(const usv_message *message, uint8_t *frame)
         }
         at = put_outputs(at, &message->body.outputs);
         break;
+    case USV_RADIO:
+        if (message->body.radio.length == 0 || message->body.radio.length > USV_MAX_RADIO) {
+            return 0;
+        }
+        memcpy(at, message->body.radio.data, message->body.radio.length);
+        at += message->body.radio.length;
+        break;
     default:
         return 0;
     }
@@ -262,7 +270,7 @@ static bool get_states(const uint8_t *body, usv_status *status)
 
 static bool get_status(const uint8_t *body, size_t length, usv_status *status)
 {
-    if (length < 28 || body[27] > USV_MAX_THRUSTERS || length != 28U + 5U * body[27] || body[3] > 0x1F) {
+    if (length < 28 || body[27] > USV_MAX_THRUSTERS || length != 28U + 5U * body[27] || body[3] > 0x3F) {
         return false;
     }
     status->sequence = body[2];
@@ -271,6 +279,7 @@ static bool get_status(const uint8_t *body, size_t length, usv_status *status)
     status->rc_present = bit(body[3], 2);
     status->rc_lost = bit(body[3], 3);
     status->safe_mode = bit(body[3], 4);
+    status->takes_radio = bit(body[3], 5);
     status->battery_mv = get_u16(body + 4);
     status->current_ma = get_i32(body + 6);
     status->remaining = body[10];
@@ -320,6 +329,16 @@ static bool get_outputs(const uint8_t *body, size_t length, usv_outputs *outputs
     return true;
 }
 
+static bool get_radio(const uint8_t *body, size_t length, usv_radio *radio)
+{
+    if (length < 3 || length > 2U + USV_MAX_RADIO) {
+        return false;
+    }
+    radio->length = (uint8_t)(length - 2U);
+    memcpy(radio->data, body + 2, radio->length);
+    return true;
+}
+
 /* COBS undone in place; the length of the message, or 0 where it cannot be. */
 static size_t open_frame(uint8_t *encoded, size_t length)
 {
@@ -362,6 +381,8 @@ bool usv_decode(uint8_t *encoded, size_t length, usv_message *message)
     case USV_AUXILIARY:
     case USV_AUXILIARY_STATUS:
         return get_outputs(encoded, body, &message->body.outputs);
+    case USV_RADIO:
+        return get_radio(encoded, body, &message->body.radio);
     default:
         return false;
     }

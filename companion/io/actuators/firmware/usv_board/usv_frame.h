@@ -21,6 +21,7 @@ extern "C" {
 #define USV_MAX_OUTPUTS 16
 #define USV_RC_CHANNELS 8
 #define USV_MAX_NAME 32
+#define USV_MAX_RADIO 64
 
 #define USV_MAX_MESSAGE 253 /* shorter than the 254 from which COBS would need its long blocks */
 #define USV_MAX_ENCODED (USV_MAX_MESSAGE + 1)
@@ -35,7 +36,7 @@ extern "C" {
 #define USV_SHORTEST_US 500
 #define USV_LONGEST_US 2500
 
-enum { USV_COMMAND = 1, USV_STATUS, USV_IDENT_REQUEST, USV_IDENT, USV_AUXILIARY, USV_AUXILIARY_STATUS };
+enum { USV_COMMAND = 1, USV_STATUS, USV_IDENT_REQUEST, USV_IDENT, USV_AUXILIARY, USV_AUXILIARY_STATUS, USV_RADIO };
 enum { USV_LIGHT_OFF, USV_LIGHT_STEADY, USV_LIGHT_BLINK };
 enum { USV_LOWER = 1, USV_RAISE = -1, USV_STAY = 0 };
 enum { USV_UNSAID, USV_UP, USV_MOVING, USV_DOWN };
@@ -63,7 +64,7 @@ typedef struct {
 
 typedef struct {
     uint8_t sequence;
-    bool neutral_by_watchdog, leak_wet, rc_present, rc_lost, safe_mode;
+    bool neutral_by_watchdog, leak_wet, rc_present, rc_lost, safe_mode, takes_radio;
     uint16_t battery_mv;
     int32_t current_ma;
     uint8_t remaining;
@@ -88,12 +89,18 @@ typedef struct {
 } usv_outputs;
 
 typedef struct {
+    uint8_t length;
+    uint8_t data[USV_MAX_RADIO]; /* for the RC receiver, as they are */
+} usv_radio;
+
+typedef struct {
     uint8_t type;
     union {
         usv_command command;
         usv_status status;
         usv_ident ident;
         usv_outputs outputs; /* of USV_AUXILIARY and USV_AUXILIARY_STATUS */
+        usv_radio radio;
     } body;
 } usv_message;
 

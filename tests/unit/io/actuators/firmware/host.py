@@ -104,7 +104,7 @@ class BoardConfig(Structure):
 class BoardIn(Structure):
     _fields_ = (
         ("leak_wet", c_bool), ("battery_mv", c_uint16), ("current_ma", c_int32), ("remaining", c_uint8),
-        ("rc_present", c_bool), ("rc_fresh", c_bool), ("rc_us", c_uint16 * 8), ("thruster", DriveInput * 16),
+        ("rc_present", c_bool), ("rc_fresh", c_bool), ("takes_radio", c_bool), ("rc_us", c_uint16 * 8), ("thruster", DriveInput * 16),
     )  # fmt: skip
 
 
@@ -118,6 +118,10 @@ class Outputs(Structure):
     )
 
 
+class Radio(Structure):
+    _fields_ = (("length", c_uint8), ("data", c_uint8 * 64))
+
+
 class BoardOut(Structure):
     _fields_ = (
         ("thruster", DriveOutput * 16),
@@ -125,6 +129,7 @@ class BoardOut(Structure):
         ("yellow", c_bool),
         ("green", c_bool),
         ("auxiliary", Outputs),
+        ("radio", Radio),
     )
 
 
@@ -135,13 +140,14 @@ def load(path: Path) -> None:
     """The library at `path`, once it agrees with the mirrors above about every size."""
     global _core
     core = ctypes.CDLL(str(path))
-    sizes = (c_size_t * 5).in_dll(core, "host_sizes")
+    sizes = (c_size_t * 6).in_dll(core, "host_sizes")
     mirrored = [ctypes.sizeof(kind) for kind in (DriveConfig, BoardConfig, BoardIn, BoardOut)]
     assert list(sizes)[:4] == mirrored
     core.usv_throttle_us.restype = c_uint16
     core.usv_throttle_us.argtypes = (POINTER(DriveConfig), c_int16)
     core.usv_board_speak.restype = c_size_t
-    core.board_size = sizes[4]  # type: ignore[attr-defined]
+    core.board_size, core.receiver_size = sizes[4:]  # type: ignore[attr-defined]
+    core.usv_rc_hear.restype = c_bool
     _core = core
 
 
@@ -210,3 +216,21 @@ class Board:
     @property
     def pulses(self) -> list[int]:
         return [self.outputs.thruster[i].pulse_us for i in range(self._config.thrusters)]
+
+
+class RcReceiver:
+    """A serial RC receiver as the board reads it: `protocol` 2 is SBUS, 3 CRSF."""
+
+    def __init__(self, protocol: int) -> None:
+        assert _core is not None
+        self._memory = ctypes.create_string_buffer(_core.receiver_size)  # type: ignore[arg-type]
+        _core.usv_rc_start(self._memory, c_uint8(protocol))
+
+    def hear(self, data: bytes, now_ms: int) -> list[tuple[int, ...]]:
+        """The eight pulses of each frame that counts."""
+        assert _core is not None
+        found, us = [], (c_uint16 * 8)()
+        for byte in data:
+            if _core.usv_rc_hear(self._memory, c_uint8(byte), c_uint32(now_ms & 0xFFFFFFFF), us):
+                found.append(tuple(us))
+        return found

@@ -305,7 +305,7 @@ def test_what_it_measures_is_said_and_what_it_does_not_is_unknown() -> None:
 
 def test_it_says_who_it_is_at_power_up_and_when_asked() -> None:
     board = Board([drive(), drive()], name=b"a name that is longer than the frame has room for")
-    assert board.ident() == Ident((1, 0, 0), 2, "a name that is longer than the f")
+    assert board.ident() == Ident((1, 1, 0), 2, "a name that is longer than the f")
     board.step()
     assert board.said() == []
     board.hear(IdentRequest())

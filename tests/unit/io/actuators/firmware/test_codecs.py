@@ -23,6 +23,7 @@ from companion.core.microcontroller_frame import (
     Ident,
     IdentRequest,
     Message,
+    Radio,
     ThrusterDemand,
     ThrusterState,
     decode,
@@ -87,7 +88,7 @@ def any_message(rng: random.Random) -> Message:
     def azimuth() -> float | None:
         return rng.choice((None, rng.randint(-31415, 31415) / 1e4))
 
-    n, kind = rng.choice((0, 1, 2, 3, 3, 3, 16)), rng.randrange(6)
+    n, kind = rng.choice((0, 1, 2, 3, 3, 3, 16)), rng.randrange(7)
     if kind < 2:
         demands = tuple([ThrusterDemand(throttle(), azimuth()) for _ in range(n)])
         lights = [rng.choice(list(Light)) for _ in range(3)]
@@ -97,13 +98,15 @@ def any_message(rng: random.Random) -> Message:
         states = tuple(
             [ThrusterState(throttle(), azimuth(), rng.random() < 0.5, rng.choice(deployments)) for _ in range(n)]
         )
-        flags = [rng.random() < 0.5 for _ in range(5)]
+        flags = [rng.random() < 0.5 for _ in range(6)]
         rc_us = tuple([rng.choice((0, 1000, 1500, 2000, 65535)) for _ in range(8)])
         measured = rng.choice((None, 12.345)), rng.choice((None, -1.5, 2000.0)), rng.choice((None, 0.0, 1.0))
-        return BoardStatus(rng.randrange(256), *flags[:4], *measured, rc_us, states, flags[4])
+        return BoardStatus(rng.randrange(256), *flags[:4], *measured, rc_us, states, *flags[4:])
     if kind == 3:
         name = "".join(chr(rng.randrange(128)) for _ in range(rng.randrange(33)))
         return rng.choice((IdentRequest(), Ident((rng.randrange(256), 0, 1), rng.randrange(256), name)))
+    if kind == 6:
+        return Radio(rng.randbytes(rng.choice((1, 20, 64))))
     pulses = tuple([rng.choice((None, 500.0, 1500.0, 2500.0)) for _ in range(n)])
     relays = tuple([rng.random() < 0.5 for _ in range(rng.randrange(17))])
     return (AuxiliaryDemand if kind == 4 else AuxiliaryState)(rng.randrange(256), pulses, relays)
@@ -243,14 +246,15 @@ def test_the_check_value_of_the_crc_and_the_longest_frames(host_codec: Path) -> 
         (65535,) * 8,
         (ThrusterState(-1.0, 3.1, True, Deployment.LOWERED),) * 16,
         True,
+        True,
     )
     sent = [
         longest,
         BoardCommand(255, True, (ThrusterDemand(1.0, -3.1),) * 16, True, Light.BLINK, Light.BLINK, Light.BLINK),
     ]
-    sent += [AuxiliaryDemand(9, (2500.0,) * 16, (True,) * 16), Ident((255, 255, 255), 255, "x" * 32)]
+    sent += [AuxiliaryDemand(9, (2500.0,) * 16, (True,) * 16), Ident((255, 255, 255), 255, "x" * 32), Radio(bytes(64))]
     accepts, frames, errors = heard_by_c(host_codec, b"".join(map(encode, sent)))
-    assert [heard for _, heard in accepts] == [encode(message) for message in sent] and (frames, errors) == (4, 0)
+    assert [heard for _, heard in accepts] == [encode(message) for message in sent] and (frames, errors) == (5, 0)
 
 
 def _command(throttle: int, azimuth: int) -> bytes:
@@ -272,6 +276,8 @@ def _ident(length: int) -> bytes:
         (_ident(32), _ident(33)),
         (struct.pack("<5BBBH", 1, 5, 0, 0, 0, 0, 1, 500), struct.pack("<5BBBH", 1, 5, 0, 0, 0, 0, 1, 499)),
         (struct.pack("<5BBBH", 1, 6, 0, 0, 0, 0, 1, 2500), struct.pack("<5BBBH", 1, 6, 0, 0, 0, 0, 1, 2501)),
+        (bytes((1, 7)) + b"r" * 64, bytes((1, 7)) + b"r" * 65),
+        (bytes((1, 7)) + b"r", bytes((1, 7))),
         (struct.pack("<5BBB", 1, 5, 0, 255, 127, 15, 0), struct.pack("<5BBB", 1, 5, 0, 255, 255, 15, 0)),
     ],
 )

@@ -185,7 +185,7 @@ def test_the_board_answers_the_driver_in_everything_that_the_frame_says(firmware
     until(lambda: firmware.outs()[-1].values[3:6] == [3000, -3000, 15708], ARMED, "azimuths")
     until(said(ThrusterFeedback(0.0, name, 1, 0.5, -0.3)), ARMED, "feedback")
     until(said(ThrusterFeedback(0.0, name, 2, 0.5, None, True, Deployment.LOWERED)), ARMED, "deployment")
-    until(lambda: "host board firmware 1.0.0" in driven.health.text, ARMED, "identity")
+    until(lambda: "host board firmware 1.1.0" in driven.health.text, ARMED, "identity")
     until(said(Leak(0.0, name, False)), ARMED, "no leak")
     firmware.measure("leak 1")
     until(said(Leak(0.0, name, True)), ARMED, "a leak")

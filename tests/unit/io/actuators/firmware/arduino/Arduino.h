@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 enum { LOW, HIGH, INPUT, OUTPUT, INPUT_PULLUP, RISING };
-const uint8_t A0 = 54, A1 = 55;
+const uint8_t A0 = 54, A1 = 55, SERIAL_8E2 = 0x2E;
 
 uint32_t millis();
 uint32_t micros();
@@ -19,9 +19,10 @@ void attachInterrupt(int interrupt, void (*handler)(), int mode);
 
 struct HardwareSerial {
     void begin(unsigned long baud);
+    void begin(unsigned long baud, uint8_t format);
     int available();
     int read();
     int availableForWrite();
     size_t write(const uint8_t *data, size_t length);
 };
-extern HardwareSerial Serial;
+extern HardwareSerial Serial, Serial1;

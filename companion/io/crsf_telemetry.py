@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable
+from typing import Protocol
 
 from fastcrc import crc8
 
 from companion.core.angles import wrap_pi
-from companion.core.ports import ByteStream
 from companion.core.tick import Tick
 
 _ADDRESS = 0xC8
@@ -26,11 +26,23 @@ _ALTITUDE_0_M = 1000
 _LONGEST_NAME = 15
 
 
+class WayBack(Protocol):
+    """Where the frames go: a receiver's port, or the board that the receiver is wired to."""
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Send a whole frame."""
+        ...
+
+    def fault(self) -> str | None:
+        """Why nothing can be sent, or None."""
+        ...
+
+
 class CrsfTelemetry:
     """A `Recorder`: writes one frame in 0.1 s, each kind in its turn. What is unknown is left out. Remembers whose turn
     it is, and when."""
 
-    def __init__(self, stream: ByteStream) -> None:
+    def __init__(self, stream: WayBack) -> None:
         self._stream = stream
         self._turn = 0
         self._due_s = -math.inf
