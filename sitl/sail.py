@@ -4,7 +4,8 @@ As in models of sailing yachts in four degrees of freedom (Xiao and Jouffroy 201
 drag along it, by the angle between wind and boom. The wind carries the boom to leeward as far as the sheet lets it. A
 heeled rig has the side force times cos φ, and its centre to leeward by its height times sin φ, which turns the bow to
 windward. Coefficients: `sitl.foil`. Assumed of a soft sail: it fills 5° off the wind and stalls at 18°, with C_L 1.4 at
-an aspect ratio of 2.5; luffing it has drag alone.
+an aspect ratio of 2.5; luffing it has drag alone. Of a wing: symmetric, stalls at 15°. At an aspect ratio of 5 that is
+C_L 1.2; computed for a NACA 0020 with a tail: 1.16 (J. Mar. Sci. Eng. 13(9), 1640, 2025).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from sitl.foil import Foil
 from sitl.thrusters import ThrusterModel
 
 _STALL_RAD, _CAMBER_RAD, _FILLED_RAD = math.radians(18.0), math.radians(5.0), math.radians(5.0)
+_WING_STALL_RAD = math.radians(15.0)
 _RIG_DRAG, _LUFFING_DRAG = 0.04, 0.1
 _FIN_STALL_RAD, _FIN_DRAG = math.radians(18.0), 0.01
 _IN_THE_HULL = 2.0  # the hull doubles the aspect ratio of a fin below it
@@ -32,6 +34,7 @@ _SLOWEST_MPS = 1.0e-3
 class SailRig(ThrusterModel):
     """As `ThrusterModel`: `throttle` is the sheet, 0 free to 1 hauled in, with the winch's lag, and `azimuth_rad` the
     rudder's angle, positive where it pushes to starboard. `feel` gives the wind, then `step`. `heel_rad`: to starboard.
+    A wing turns to the wind at once, and by its throttle from there.
     """
 
     __slots__ = ("_air", "_blade", "_fin", "_keel", "_lever_m", "_sail", "_set", "_width_m", "_wrench", "heel_rad")
@@ -46,7 +49,11 @@ class SailRig(ThrusterModel):
     ) -> None:
         super().__init__(config, lag_s)
         self._sail, self._keel = sail, keel
-        self._set = Foil(sail.aspect, _STALL_RAD, _RIG_DRAG, _CAMBER_RAD, _FILLED_RAD, _LUFFING_DRAG)
+        self._set = (
+            Foil(sail.aspect, _STALL_RAD, _RIG_DRAG, _CAMBER_RAD, _FILLED_RAD, _LUFFING_DRAG)
+            if sail.attack_max_rad is None
+            else Foil(sail.aspect, _WING_STALL_RAD, _RIG_DRAG)
+        )
         self._width_m = math.sqrt(sail.area_m2 / sail.aspect)
         self._blade = Foil(_IN_THE_HULL * rudder.aspect, _FIN_STALL_RAD, _FIN_DRAG)
         self._lever_m = rudder.x_m
@@ -95,6 +102,8 @@ class SailRig(ThrusterModel):
         speed = math.hypot(ahead, across)
         if speed < _SLOWEST_MPS:
             return 0.0, 0.0, 0.0
+        if self._sail.attack_max_rad is not None:
+            return *self._of_wing(ahead, across, speed, self._sail.attack_max_rad), 0.0
         off_rad = abs(math.atan2(across, -ahead))  # of the wind from the bow
         leeward = 1.0 if across > 0.0 else -1.0
         boom_rad = min(off_rad, self._sail.boom_rad(self.throttle()))
@@ -103,6 +112,12 @@ class SailRig(ThrusterModel):
         s, c = math.sin(off_rad), math.cos(off_rad)
         centre_m = leeward * _BOOM_SHARE * self._width_m * math.sin(boom_rad)
         return pressure * (lift * s - drag * c), leeward * pressure * (lift * c + drag * s), centre_m
+
+    def _of_wing(self, ahead: float, across: float, speed: float, attack_max_rad: float) -> tuple[float, float]:
+        """(surge, force to starboard upright): lift is across the wind, to starboard of one from ahead."""
+        lift, drag = self._set.coefficients(self.throttle() * attack_max_rad)
+        pull = 0.5 * AIR_KGPM3 * self._sail.area_m2 * self._sail.force_scale * speed
+        return pull * (lift * across + drag * ahead), pull * (drag * across - lift * ahead)
 
 
 def _in_water(

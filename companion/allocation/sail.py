@@ -1,9 +1,9 @@
-"""Allocation of a sailing rig: drive and yaw moment → sheet and rudder angle.
+"""Allocation of a sailing rig: drive and yaw moment → sheet, or angle of the wing, and rudder angle.
 
-The sheet gives the drive that is wanted, at most what the wind has (`SailTrim`); the rudder gives the moment. That of
-the sail is left to the yaw loop: keel and hull as fins balance most of it, and none of both is known well. In a turn
-the stern swings out, and the flow with it: the rudder's angle counts from there. A boat that gathers sternway has its
-rudder put over the other way.
+The sheet gives the drive that is wanted, at most what the wind has (`SailTrim`, of a wing `WingTrim`); the rudder gives
+the moment. That of the sail is left to the yaw loop: keel and hull as fins balance most of it, and none of both is
+known well. In a turn the stern swings out, and the flow with it: the rudder's angle counts from there. A boat that
+gathers sternway has its rudder put over the other way.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ import math
 from companion.allocation.rudder_curve import RudderCurve
 from companion.allocation.sail_trim import SailForce, SailTrim
 from companion.allocation.steered import SteeredAllocator
+from companion.allocation.wing_trim import WingTrim
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import Air, NavState
 from companion.params.store import Parameters
 
 _IDLE_RAD = math.radians(2.0)  # the winch does not follow smaller changes of the boom
+_WING_IDLE_RAD = math.radians(0.3)  # nor the tail of the wing's angle
 _STERNWAY_MPS = 0.05
 _STRAIGHTENED = 0.7  # share of the drift at the stern that the rudder sees behind the keel
 _LEAST_WAY_MPS = 0.3  # slower, a drift is no angle of the flow
@@ -26,7 +28,7 @@ _WHOLE_SHEET_S = 2.0  # from free to hauled in
 
 
 class SailAllocator(SteeredAllocator):
-    """Wrench → Allocation. `feel` gives the wind first. Throttle: the sheet, 0 free to 1 hauled in.
+    """Wrench → Allocation. `feel` gives the wind first. Throttle: the sheet, 0 free to 1 hauled in; of a wing −1 to 1.
 
     Remembers the sheet, the apparent wind, the drift at the rudder, and the rudder as every boat that steers with one
     force.
@@ -37,7 +39,9 @@ class SailAllocator(SteeredAllocator):
         sail = self._thruster.sail
         if sail is None:
             raise ValueError(f"thruster {self._thruster.name} has no sail")
-        self._sail, self._trim = sail, SailTrim(sail)
+        self._wing = sail.attack_max_rad is not None
+        self._trim = SailTrim(sail) if sail.attack_max_rad is None else WingTrim(sail, sail.attack_max_rad)
+        self._idle_rad = _WING_IDLE_RAD if self._wing else _IDLE_RAD
         self._blade = RudderCurve(self._thruster)
         self._sheet = 0.0
         self._off_rad, self._side, self._wind_mps = math.pi, 1.0, 0.0
@@ -58,19 +62,20 @@ class SailAllocator(SteeredAllocator):
         self._side = 1.0 if across > 0.0 else -1.0  # leeward: to starboard
 
     def neutral(self) -> Allocation:
-        """The sheet free, the rudder amidships."""
+        """The sheet free or the wing in the wind, the rudder amidships."""
         self._sheet = 0.0
         self._steer(0.0, self._period_s)
         return self._result(None, 0.0)
 
     def _take_throttle(self, throttle: float, dt_s: float) -> None:
-        self._haul(throttle, dt_s)
+        """The stick of a wing says how much: which way, the wind says."""
+        self._haul(self._side * max(0.0, throttle) if self._wing else throttle, dt_s)
 
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         heel_max_rad = math.radians(self._parameters["SAIL_HEEL_MAX"])
-        boom_rad = self._trim.best(wrench.surge_n, self._off_rad, self._wind_mps, heel_max_rad)
-        if abs(boom_rad - self._sail.boom_rad(self._sheet)) > _IDLE_RAD:
-            self._haul(self._sail.sheet(boom_rad), dt_s)
+        best_rad = self._trim.best(wrench.surge_n, self._off_rad, self._wind_mps, heel_max_rad)
+        if abs(best_rad - self._trim.setting_rad(self._sheet, self._side)) > self._idle_rad:
+            self._haul(self._trim.throttle(best_rad, self._side), dt_s)
         side_n = wrench.yaw_nm / self._blade.lever_m
         astern = surge_mps < -_STERNWAY_MPS
         angle_rad = self._blade.angle_rad(-side_n if astern else side_n, 0.0, abs(surge_mps))
@@ -78,15 +83,18 @@ class SailAllocator(SteeredAllocator):
 
     def _haul(self, sheet: float, dt_s: float) -> None:
         reach = max(0.0, dt_s) / _WHOLE_SHEET_S
-        held = min(self._sheet + reach, max(self._sheet - reach, min(1.0, max(0.0, sheet))))
+        least = -1.0 if self._wing else 0.0
+        held = min(self._sheet + reach, max(self._sheet - reach, min(1.0, max(least, sheet))))
         self._sheet = 0.0 if self._failed else held
 
     def _force(self) -> SailForce:
-        return self._trim.force(self._sail.boom_rad(self._sheet), self._off_rad, self._wind_mps)
+        setting_rad = self._trim.setting_rad(self._sheet, self._side)
+        return self._trim.force(setting_rad, self._off_rad, self._wind_mps)
 
     def _result(self, demanded: Wrench | None, surge_mps: float) -> Allocation:
         given = self._force()
         x_n, y_n = self._blade.force_n(0.0, self._angle_rad - self._drift_rad, surge_mps)
-        command = ThrusterCommand(self._thruster.ahead_n * self._sheet * self._sheet, self._sheet, self._angle_rad)
+        thrust_n = self._thruster.ahead_n * self._sheet * abs(self._sheet)
+        command = ThrusterCommand(thrust_n, self._sheet, self._angle_rad)
         side_n = self._side * given.leeward_n + y_n
         return self._given(demanded, command, Wrench(given.drive_n + x_n, side_n, self._blade.lever_m * y_n))

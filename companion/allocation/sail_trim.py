@@ -49,6 +49,16 @@ class SailTrim:
     def __init__(self, sail: SailConfig) -> None:
         self._sail = sail
 
+    def setting_rad(self, throttle: float, side: float) -> float:
+        """The boom at a sheet 0…1, on either side."""
+        del side  # the wind carries the boom to leeward
+        return self._sail.boom_rad(throttle)
+
+    def throttle(self, setting_rad: float, side: float) -> float:
+        """The sheet for a boom, on either side."""
+        del side
+        return self._sail.sheet(setting_rad)
+
     def force(self, boom_rad: float, off_rad: float, wind_mps: float) -> SailForce:
         """The force of the sail with a sheet that lets the boom out to `boom_rad`, in an apparent wind from `off_rad`
         (0…π) off the bow."""

@@ -92,7 +92,7 @@ class ThrusterConfig:
     full throttle of the boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as
     `jet.idle_mps` says. Kind "rudder" is a fixed propeller with a rudder behind it. Its azimuth is the blade's angle,
     with the sign of the push: positive pushes the stern to starboard. Kind "sail" is a rig with a rudder: its throttle
-    is the sheet, 0 free to 1 hauled in, and its azimuth the blade's angle.
+    is the sheet, 0 free to 1 hauled in, or the angle of a wing to the wind, and its azimuth the blade's angle.
     """
 
     __pydantic_config__ = STRICT
@@ -101,7 +101,7 @@ class ThrusterConfig:
         Literal["azimuth", "fixed", "jet", "rudder", "sail"],
         means(
             "`azimuth` turns, `fixed` does not, `jet` is a water jet with a steered nozzle, `rudder` a fixed propeller "
-            "with a rudder behind it, `sail` a sail with a sheet, and a rudder."
+            "with a rudder behind it, `sail` a sail with a sheet, or a wing, and a rudder."
         ),
     ]
     x_m: Annotated[float, means("Position ahead of the middle of the boat.")]
@@ -209,7 +209,7 @@ class ThrusterConfig:
     @property
     def pushes_astern(self) -> bool:
         """Whether it can push astern, by reversing or by turning round."""
-        return self.min_n < 0.0 or self.turns_round
+        return self.kind != "sail" and (self.min_n < 0.0 or self.turns_round)
 
 
 @dataclass(frozen=True, slots=True)

@@ -181,7 +181,7 @@ def _antenna_pairs(config: VesselConfig) -> Iterator[Judgement]:
 
 def _axes(config: VesselConfig) -> Iterator[Judgement]:
     if config.limits.sway_n <= 0.0:
-        astern = any(t.min_n < 0.0 or t.turns_round for t in config.thrusters)
+        astern = any(t.pushes_astern for t in config.thrusters)
         hold = "lies bow to the weather at its point" if astern else "drifts and sails back within its watch circle"
         if config.has_sail:
             hold = "sails to and fro within its watch circle"

@@ -1,4 +1,4 @@
-"""A sail with its sheet, and a keel, as a vessel's file describes them."""
+"""A sail with its sheet, or a wing with its tail, and a keel, as a vessel's file describes them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from companion.config.fields import FROM_DEGREES, STRICT, Positive, means
+from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, STRICT, Positive, means
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +17,10 @@ class SailConfig:
 
     The wind carries the boom to leeward, at most as far as the sheet lets it: `boom_max_rad` free, `boom_min_rad`
     hauled in. A sail whose sheet lets it lie in the wind luffs.
+
+    With `attack_max_rad` it is a rigid wing that turns freely on its mast, and a tail sets its angle to the wind. Its
+    throttle −1…1 is that angle as a share of `attack_max_rad`, positive where a wind from ahead pushes to starboard. At
+    0 the wing lies in the wind. It has no boom.
     """
 
     __pydantic_config__ = STRICT
@@ -37,6 +41,12 @@ class SailConfig:
         FROM_DEGREES,
         means("Angle of the boom with the sheet hauled in."),
     ] = math.radians(5.0)
+    attack_max_rad: Annotated[
+        float | None,
+        Field(alias="attack_max_deg", ge=5.0, le=15.0),
+        FROM_DEGREES_OR_NONE,
+        means("Of a wing sail with a tail: its angle to the wind at full throttle. Left out: a soft sail on a sheet."),
+    ] = None
     force_scale: Annotated[Positive, means("Force of this sail over what the coefficients say.")] = 1.0
 
     def boom_rad(self, sheet: float) -> float:

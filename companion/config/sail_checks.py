@@ -41,7 +41,11 @@ def _of_rig(thruster: ThrusterConfig) -> list[tuple[tuple[str, ...], str]]:
     if low is None or high is None or not -_MOST_RAD <= low < 0.0 < high <= _MOST_RAD:
         text = "its rudder needs stops either side of amidships, azimuth_min_deg and azimuth_max_deg, within 60 degrees"
         problems.append((("azimuth_max_deg",), text))
-    if thruster.min_n != 0.0:
+    wing = thruster.sail is not None and thruster.sail.attack_max_rad is not None
+    if wing and thruster.min_n != -thruster.max_n:
+        text = f"should be {-thruster.max_n:g}, the negative of max_n: a wing turns to either side of the wind"
+        problems.append((("min_n",), text))
+    if not wing and thruster.min_n != 0.0:
         problems.append((("min_n",), "should be 0: a sail does not drive a boat astern"))
     if thruster.rudder is not None and thruster.rudder.x_m >= 0.0:
         problems.append((("rudder", "x_m"), "a rudder is at the stern, behind the middle of the boat: below 0"))

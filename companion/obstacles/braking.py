@@ -32,6 +32,7 @@ class Braking:
         astern_n = sum(
             max(-thruster.min_n, _TURNED_SHARE * thruster.max_n if thruster.kind == "azimuth" else 0.0)
             for thruster in config.thrusters
+            if thruster.pushes_astern
         )
         self._thrust_n = _THRUST_SHARE * min(config.limits.surge_n, astern_n)
         self._tables: dict[tuple[int, float], tuple[Floats, Floats]] = {}

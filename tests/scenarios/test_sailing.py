@@ -9,6 +9,7 @@ import pytest
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import ScenarioError, ScenarioResult, run
+from tests.unit.config.test_sail import wing
 
 
 def sailed(folder: Path, seed: int, *faults: str, vessel: str = "sailbot", **changes: str) -> ScenarioResult:
@@ -31,6 +32,14 @@ def test_it_stays_inside_the_fence_beside_a_beat_and_in_hold(tmp_path: Path, see
     outcome = sailed(tmp_path, seed, fence="25", model_error="-0.2")
     assert outcome.ok, bad(outcome)
     assert min(margin.value for margin in outcome.margins if margin.name == "fence") > 0.0
+
+
+def test_a_wing_sail_beats_and_holds(tmp_path: Path) -> None:
+    boat = tmp_path / "wingbot.toml"
+    boat.write_text(wing(), encoding="utf-8")
+    outcome = sailed(tmp_path / "log", 210, vessel=str(boat), leg="60", hold="60", model_error="-0.2")
+    assert outcome.ok, bad(outcome)
+    assert outcome.metrics["made_good_mps"] > 0.4
 
 
 @pytest.mark.sweep

@@ -21,6 +21,30 @@ def test_the_sheet_lets_the_boom_out() -> None:
     assert (sail.sheet(math.pi), sail.sheet(0.0)) == (0.0, 1.0)
 
 
+def wing(text: str = TEXT) -> str:
+    """The file of the boat with a wing in the place of its sail."""
+    return text.replace("aspect = 2.5", "aspect = 5.0\nattack_max_deg = 14.0").replace("min_n = 0.0", "min_n = -8.0")
+
+
+def test_a_wing_turns_to_both_sides_and_pushes_no_boat_astern() -> None:
+    thruster = parse(wing(), "boat.toml").thrusters[0]
+    assert thruster.sail is not None
+    assert thruster.sail.attack_max_rad == pytest.approx(math.radians(14.0))
+    assert not thruster.pushes_astern
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("min_n = -8.0", "min_n = 0.0", "min_n: should be -8, the negative of max_n: a wing turns to either side"),
+        ("attack_max_deg = 14.0", "attack_max_deg = 16.0", "attack_max_deg: .*less than or equal to 15"),
+    ],
+)
+def test_what_a_wing_cannot_be_is_told(old: str, new: str, problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        parse(wing().replace(old, new), "boat.toml")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [

@@ -8,10 +8,11 @@ from functools import cache
 
 import pytest
 
-from companion.config.vessel import find, load
+from companion.config.vessel import find, load, parse
 from sitl.hull_flow import hull_of
 from sitl.sail import SailRig, rig_of
 from sitl.world import chosen_plant
+from tests.unit.config.test_sail import wing
 
 BOAT = load(find("sailbot"))
 
@@ -117,3 +118,36 @@ def test_a_stronger_sail_is_stronger() -> None:
     assert stronger is not None
     stronger.drive(0.5)
     assert settled(stronger, 0.0, 3.0)[0] > 1.1 * settled(rig(), 0.0, 3.0)[0]
+
+
+# --- wing ----------------------------------------------------------------------------------------------------------
+
+
+def wing_rig(throttle: float) -> SailRig:
+    found = rig_of(parse(wing(), "wing.toml").thrusters[0], 0.0, None)
+    assert found is not None
+    found.drive(throttle)
+    return found
+
+
+@pytest.mark.parametrize("wind", [(-5.0, 0.0), (-3.0, 4.0), (-3.0, -4.0), (0.0, 5.0), (3.0, 4.0), (5.0, 0.0)])
+def test_a_wing_amidships_has_drag_alone_in_every_wind(wind: tuple[float, float]) -> None:
+    surge_n, sway_n, _ = settled(wing_rig(0.0), *wind)
+    surge_n -= settled(wing_rig(0.0), 0.0, 0.0)[0]  # the rudder's drag
+    assert math.hypot(surge_n, sway_n) == pytest.approx(0.5 * 1.225 * 0.512 * 25.0 * 0.04, rel=0.05)
+    assert surge_n * wind[0] >= 0.0
+    assert sway_n * wind[1] >= 0.0
+
+
+def test_a_wing_drives_with_the_wind_on_either_side_and_its_tacks_are_mirrors() -> None:
+    port, starboard = settled(wing_rig(1.0), -3.0, 4.0), settled(wing_rig(-1.0), -3.0, -4.0)
+    assert port[0] > 2.0
+    assert port[1] > 2.0
+    assert starboard == pytest.approx((port[0], -port[1], -port[2]))
+    assert settled(wing_rig(-1.0), -3.0, 4.0)[0] < 0.0
+
+
+def test_a_wing_heels_to_leeward() -> None:
+    model = wing_rig(1.0)
+    settled(model, -3.0, 4.0)
+    assert 0.05 < model.heel_rad < 0.6
