@@ -256,6 +256,8 @@ def _return(name: str, voyage: Voyage) -> Margin | None:
     if voyage.t_s[-1] < voyage.t_s[i] + needs_s:
         return None
     limit_m = max(_HOME_M, _HOME_LENGTHS * voyage.config.length_m)
+    if comes_back(voyage.config):
+        limit_m = max(limit_m, voyage.parameters["DP_WATCH_R"])
     return Margin(name, limit_m - float(away[-1]), "m", 2.0 * limit_m, float(voyage.t_s[-1]))
 
 

@@ -10,6 +10,7 @@ from companion.config.dimensions.form import GRAVITY_MPS2, WATER_KGPM3, Dimensio
 _SECOND_HULL = 0.6  # drag of the hull in the lee of the other, over that of one alone (cylinders in tandem, Hoerner)
 _ENDS_SWAY, _ENDS_YAW = 0.9, 0.85  # what strips at the ends with less draft leave of L T and of L⁴ T
 _LEAST_SWAY_MPS = 0.05  # speed below which drag is taken as linear: slow drift is laminar and wavy
+_PLANING_DRAFT = 0.5  # share of its draft that a planing hull still draws; RescueRunner's turning circle has it so
 _YAW_TIME = 8.0  # of √(L/g): time constant of slow turns. Published models have 1.6 to 57.
 
 
@@ -34,22 +35,26 @@ def yaw_linear(boat: Dimensions, m33_kgm2: float) -> float:
     return m33_kgm2 / (_YAW_TIME * math.sqrt(boat.length_m / GRAVITY_MPS2))
 
 
-def _lift(boat: Dimensions) -> tuple[float, float, float]:
-    """(y_uv, n_uv, n_ur) of Clarke's regression, which holds for each hull (Clarke, Gedling and Hine 1983)."""
+def _lift(boat: Dimensions, planes: bool) -> tuple[float, float, float]:
+    """(y_uv, n_uv, n_ur) of Clarke's regression, which holds for each hull (Clarke, Gedling and Hine 1983). A boat that
+    planes has the n_ur of the draft that is left; its chines keep the side force."""
     draft_m, beam_m, length_m = boat.draft_m, boat.hull_beam_m, boat.length_m
     unit = boat.hulls * 0.5 * math.pi * WATER_KGPM3 * draft_m**2
     y_uv = unit * (1.0 + 0.4 * boat.block * beam_m / draft_m)
     n_ur = unit * length_m**2 * max(0.1, 0.25 + 0.039 * beam_m / draft_m - 0.56 * beam_m / length_m)
+    if planes:
+        n_ur *= _PLANING_DRAFT**2
     # the Munk moment stands in the Coriolis terms, of which Clarke's N_v leaves half
     return y_uv, -0.5 * unit * length_m, n_ur
 
 
-def figures(boat: Dimensions, m33_kgm2: float) -> tuple[Figure, ...]:
+def figures(boat: Dimensions, m33_kgm2: float, planes: bool = False) -> tuple[Figure, ...]:
     """All terms of sway and yaw. `m33_kgm2`: inertia in yaw, as derived or given."""
     y_vv, n_rr = sway_quadratic(boat), yaw_quadratic(boat)
-    y_uv, n_uv, n_ur = _lift(boat)
+    y_uv, n_uv, n_ur = _lift(boat, planes)
     strips = "strip theory; Faltinsen, Sea Loads (1990), 6"
     clarke = "Clarke, Gedling and Hine 1983"
+    by_draft = "planing, with half the draft: " if planes else ""
     return (
         Figure("hull.damping.y_v", y_vv * _LEAST_SWAY_MPS, 8.0, "y_vv · 0.05 m/s", strips),
         Figure("hull.damping.y_vv", y_vv, 3.0, "½ ρ C_D ∫ T dx", strips),
@@ -63,5 +68,5 @@ def figures(boat: Dimensions, m33_kgm2: float) -> tuple[Figure, ...]:
         Figure("hull.damping.n_rr", n_rr, 7.0, "½ ρ C_D T L⁴ / 32", strips),
         Figure("hull.damping.y_uv", y_uv, 2.5, "½ π ρ T² (1 + 0.4 C_B B/T)", clarke),
         Figure("hull.damping.n_uv", n_uv, 2.5, "−¼ π ρ T² L: half of the Munk moment", clarke),
-        Figure("hull.damping.n_ur", n_ur, 2.5, "½ π ρ T² L² (¼ + 0.039 B/T − 0.56 B/L)", clarke),
+        Figure("hull.damping.n_ur", n_ur, 2.5, by_draft + "½ π ρ T² L² (¼ + 0.039 B/T − 0.56 B/L)", clarke),
     )

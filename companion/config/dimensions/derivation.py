@@ -28,7 +28,7 @@ def hull_figures(
     return (
         *inertias,
         *surge_damping.figures(boat, thrusters),
-        *cross_damping.figures(boat, m33),
+        *cross_damping.figures(boat, m33, surge_damping.planes(boat, thrusters)),
         *windage.figures(boat),
     )
 

@@ -11,6 +11,7 @@ import numpy as np
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
 from companion.config.dimensions.form import GRAVITY_MPS2, WATER_KGPM3, Dimensions
+from companion.config.hull import humps
 
 _VISCOSITY_M2PS = 1.19e-6  # sea water at 15 °C (ITTC 7.5-02-01-03)
 _KT_BOLLARD, _ADVANCE_AT_ZERO = 0.35, 0.9  # of a Wageningen B propeller of P/D 0.8 to 0.9 (Carlton 2012, ch. 6)
@@ -91,6 +92,13 @@ def planing_table(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tupl
         elif any(thruster.jet is not None for thruster in thrusters):
             share = full_ahead_n(thrusters, boat.top_speed_mps) / usual_n
     return tuple((round(speed_mps, 2), round(share * force_n, 1)) for speed_mps, force_n in usual)
+
+
+def planes(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether full thrust takes a planing hull over the hump of its resistance."""
+    last = humps(planing_table(boat, thrusters) if boat.form == "planing" else ())[-1:]
+    loss = linear(thrusters)
+    return any(full_ahead_n(thrusters, mps) - loss * mps > force_n for mps, force_n in last)
 
 
 def usual_speed_mps(boat: Dimensions, force_n: float) -> float:

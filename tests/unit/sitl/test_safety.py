@@ -147,5 +147,10 @@ def test_a_boat_that_does_not_come_home(end_m: float, home: bool) -> None:
     north_m = np.interp(T_S, [0.0, 20.0, 100.0, 200.0], [0.0, 20.0, end_m, end_m])
     returning = replace(voyage("RTL"), north_m=north_m, mode=np.where(T_S < 20.0, "Mission", "RTL"))
     assert (margin(returning, "return") > 0.0) is home
+    idle = np.zeros((len(T_S), 1))
+    boat = load(find("sailbot"))
+    sailing = replace(returning, config=boat, parameters=boat.parameters, forces_n=idle, runaways=[False])
+    armed_m = 1.0  # where it was armed is home
+    assert margin(sailing, "return") == pytest.approx(boat.parameters["DP_WATCH_R"] - (end_m - armed_m))
     late = replace(returning, mode=np.where(T_S < 150.0, "Mission", "RTL"))
     assert "return" not in {one.name for one in margins_of(late)}, "it had no time"

@@ -1,5 +1,7 @@
 """A water jet by its pull and the boat."""
 
+import math
+
 import pytest
 
 from companion.config.dimensions.derivation import top_speed_mps
@@ -52,6 +54,30 @@ def test_rescuerunners_jet_follows_from_its_pull_and_top_speed() -> None:
     assert made.limits.yaw_nm == pytest.approx(measured.limits.yaw_nm, rel=0.02)
     assert made.parameters["JET_STEER_N"] == pytest.approx(391.0, rel=0.01)
     assert made.limits.sway_n == 0.0 and made.thrusters[0].min_n == 0.0 and made.thrusters[0].dead_band > 0.0
+
+
+def test_a_planing_scooter_turns_as_tightly_as_rescuerunner() -> None:
+    """Steady turn at 8.2 m/s with the nozzle at its stop: a radius of 9 m by RescueRunner's file."""
+
+    def radius_m(config: VesselConfig) -> float:
+        damping, ahead_mps, turn = config.hull.damping, 8.2, 0.0
+        moment_nm = config.hull.drag_n(ahead_mps) * math.sin(math.radians(24.0)) * -config.thrusters[0].x_m
+        for _ in range(200):
+            turn += 0.1 * (moment_nm / (damping.n_r + damping.n_ur * ahead_mps + damping.n_rr * turn) - turn)
+        return ahead_mps / turn
+
+    known = radius_m(load(find("rescuerunner")))
+    assert 8.0 < known < 11.0
+    assert 0.6 * known < radius_m(boat()) < 1.6 * known
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [('form = "planing"', 'form = "monohull"'), ("max_n = 5582.0", "max_n = 300.0")]
+)
+def test_a_boat_that_does_not_plane_keeps_its_damping_in_yaw(old: str, new: str) -> None:
+    text = SCOOTER.replace("top_speed_mps = 20.6\n", "")
+    fast, slow = parse(text, "fast.toml"), parse(text.replace(old, new), "slow.toml")
+    assert slow.hull.damping.n_ur > 3.0 * fast.hull.damping.n_ur
 
 
 def test_full_throttle_gives_the_top_speed_that_was_measured() -> None:
