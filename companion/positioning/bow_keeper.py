@@ -31,6 +31,10 @@ _OUT_SHARE, _BACK_SHARE = 0.9, 0.5  # of the watch circle
 _CALM_OUT_SHARE, _CALM_BACK_SHARE = 0.5, 0.15  # the same without a drift that would swing the boat back
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its thrust
 _LEAST_LINE_M = 1.0
+# A boat that goes round its point so fast, and sideways through the water so fast, chases its own bow: it stops pushing
+# until one of both is that share of it.
+_ROUND_RADPS, _SIDEWAYS_MPS, _SETTLED_SHARE = 0.2, 0.3, 0.5
+_AT_POINT_M = 0.5
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
@@ -49,13 +53,16 @@ class BowKeeper:
     Beyond 0.9 of the watch circle, or where the boat drifts so fast that it would be there before the bow has come
     round (not of a boat with a rudder), the bow points to the hold point itself until the boat is well inside again.
 
+    A lone thruster that steers by its direction pushes the boat as it turns it. Where the boat goes round the point
+    faster than its bow comes round, the thrust would keep it on that circle: it lets the water stop it first.
+
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
 
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
 
     Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, and whether
-    it lets itself be carried.
+    it lets itself be carried or stopped by the water.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -64,11 +71,12 @@ class BowKeeper:
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
         self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
         self._needs_flow = any(t.kind == "rudder" for t in config.thrusters)
+        self._steers_alone = len(config.thrusters) == 1 and not self._needs_flow
         self._point = (0.0, 0.0)
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
-        self._returning = self._turning = self._coasting = False
+        self._returning = self._turning = self._coasting = self._sliding = False
         self._arrived = False
         self._stop = Stop(_REST_MPS)
 
@@ -92,7 +100,7 @@ class BowKeeper:
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
-        self._returning = self._turning = self._coasting = self._arrived = False
+        self._returning = self._turning = self._coasting = self._sliding = self._arrived = False
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
@@ -101,7 +109,7 @@ class BowKeeper:
         self._arrived = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
-        """A path setpoint, at `speed_mps` at most; zero thrust while a boat with a rudder lets itself be carried."""
+        """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
             self._point = self._stop.place(nav) or self._point
@@ -113,7 +121,8 @@ class BowKeeper:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
             return PathSetpoint(nav.yaw_rad if self._needs_flow else self._heading_rad, 0.0, progress=progress)
         self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
-        if self._needs_flow and self._is_carried(north_m, east_m):
+        stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m)
+        if stands:
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         if self._returning:
@@ -129,6 +138,17 @@ class BowKeeper:
         if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+
+    def _slides(self, nav: NavState, north_m: float, east_m: float) -> bool:
+        """Whether the boat goes round its point by its own motion through the water."""
+        distance_m = max(_AT_POINT_M, math.hypot(north_m, east_m))
+        north_mps, east_mps = nav.north_mps - self._drift[0], nav.east_mps - self._drift[1]
+        round_mps = abs(north_m * east_mps - east_m * north_mps) / distance_m
+        sideways_mps = abs(east_mps * math.cos(nav.yaw_rad) - north_mps * math.sin(nav.yaw_rad))
+        share = _SETTLED_SHARE if self._sliding else 1.0
+        fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS
+        self._sliding = self._steers_alone and fast
+        return self._sliding
 
     def _carried_mps(self, nav: NavState) -> float:
         """Speed at which the drift carries the boat ahead; 0 where it carries it astern. A boat that brakes against it

@@ -11,7 +11,7 @@ from companion.control.controller import Controller
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
-from companion.core.setpoint import PathSetpoint
+from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
@@ -74,6 +74,41 @@ def test_a_boat_that_must_turn_round_does_not_brake_against_the_stream(north_m: 
         assert isinstance(asked, PathSetpoint) and asked.surge_mps == pytest.approx(0.4, abs=0.01)
     bow_to_it = keeper.update(at(north_m, yaw_rad=math.pi, current=stream), None, 1.0, 0.1)
     assert isinstance(bow_to_it, PathSetpoint) and abs(wrap_pi(bow_to_it.yaw_rad - math.pi)) < 0.1
+
+
+def sliding(east_mps: float) -> NavState:
+    """South of the point, with the bow to it, and sliding round it."""
+    return replace(at(north_m=-2.0), east_mps=east_mps)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_lone_outboard_that_goes_round_its_point_stops_pushing_until_the_water_has_slowed_it(side: float) -> None:
+    """A boat of 900 kg went round its point at 0.85 m/s for five minutes, with three quarters of its thrust."""
+    motor = replace(load(find("aboat")).thrusters[1], azimuth_min_rad=-0.6, azimuth_max_rad=0.6)
+    keeper = BowKeeper(replace(OTTER, thrusters=(motor,)), parameters())
+    keeper.start(at())
+    keeper.hold(0.0, 0.0, 0.0, None)
+    pushes = [
+        isinstance(keeper.update(sliding(side * mps), None, 1.0, 0.1), PathSetpoint)
+        for mps in (0.1, 0.35, 0.6, 0.35, 0.1, 0.35)
+    ]
+    assert pushes == [True, True, False, False, True, True]
+    setpoint = keeper.update(sliding(side * 0.6), None, 1.0, 0.1)
+    assert isinstance(setpoint, WrenchSetpoint) and setpoint.wrench == ZERO_WRENCH
+
+
+def test_a_boat_that_turns_on_the_spot_pushes_while_it_slides() -> None:
+    assert isinstance(held(at()).update(sliding(0.6), None, 1.0, 0.1), PathSetpoint)
+
+
+def test_a_drift_is_no_slide() -> None:
+    """The stream carries the boat round the point; it does not move through the water."""
+    stream = (0.0, 0.6)
+    keeper = BowKeeper(replace(OTTER, thrusters=OTTER.thrusters[:1]), parameters())
+    keeper.start(replace(sliding(0.6), current_north_mps=stream[0], current_east_mps=stream[1]))
+    keeper.hold(0.0, 0.0, 0.0, None)
+    carried = replace(sliding(0.6), current_north_mps=stream[0], current_east_mps=stream[1], current_accuracy_mps=0.02)
+    assert isinstance(keeper.update(carried, None, 1.0, 0.1), PathSetpoint)
 
 
 def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_from_afar() -> None:
