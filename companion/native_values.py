@@ -1,7 +1,7 @@
 """Methods of compiled dataclasses, in place of those that `dataclass` would make of text at import: a sixth of the time
 of a start.
 
-`sitl/native/source.py` puts a call of `give` after each class. Which fields count is asked when a method is first called.
+`sitl/native/source.py` puts a call of `give` after each class. Which fields count is asked at the first call.
 """
 
 from __future__ import annotations

@@ -201,7 +201,7 @@ class FollowDuty:
         if self._armed and not self._helm.armed:
             self._position.drop()
         self._armed = self._helm.armed
-        if self._wish_refusal(inputs.now_s) is not None:
+        if self._sticks.remote_system is not None and self._wish_refusal(inputs.now_s) is not None:
             self.taken_over(inputs.now_s)
         following = self._armed and self._helm.mode.id is ModeId.FOLLOW
         self._awaits = self._awaits and following and self._helm.stopped

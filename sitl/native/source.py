@@ -1,8 +1,8 @@
 """A module's source as mypyc gets it: the same statements, in the form that mypyc makes fast code of.
 
 * A dataclass gets the `__init__` that it would get from `dataclass`, so that it is compiled. It loses `slots` and
-  `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second. Its other
-  methods come from `companion/native_values.py`, since `dataclass` makes them of text at each start.
+  `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second. Its
+  other methods come from `companion/native_values.py`, since `dataclass` makes them of text at each start.
 * A constant of a module becomes `Final`, else mypyc looks it up by its name each time.
 * Statements and expressions get other forms (`forms.py`).
 * A NamedTuple of `_VALUES` becomes a dataclass; who unpacks one nevertheless is found by mypy.

@@ -106,7 +106,7 @@ def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]
         for other, multiplier in zip(held, multipliers, strict=True):
             weights[other] = multiplier
         surge, sway, yaw = weights
-        return sum([support(surge, sway, yaw) for support in supports])
+        return sum(support(surge, sway, yaw) for support in supports)
 
     bounds = [20.0 * (scale if other == 2 else 1.0) * (1.0 if axis != 2 else _reach(thrusters)) for other in held]
 
