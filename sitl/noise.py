@@ -36,6 +36,9 @@ class Normals:
 
     def gauss(self, mean: float, sigma: float) -> float:
         """The next number, of that mean and standard deviation."""
+        if self._waits:
+            self._waits = False
+            return mean + self._second * sigma
         return mean + self.next() * sigma
 
 

@@ -36,19 +36,20 @@ class RepeatRun:
         if value == self._value:
             self.run += 1
             return
-        if self._value is not None:
+        if self.run:
             self._learn()
+        elif self._value is not None:
+            self._news += 1
         self._value, self.run, self.since_s = value, 0, t_s
 
     def _learn(self) -> None:
-        """From a run that has ended."""
+        """From a run of repeats that has ended."""
         if self.doubt >= 1.0:
             return  # it was a fault: it teaches nothing about the source
         self._news += 1
-        if self.run:
-            self._news_repeated += 1
-            self._repeats += self.run
-            self._repeats_repeated += self.run - 1
+        self._news_repeated += 1
+        self._repeats += self.run
+        self._repeats_repeated += self.run - 1
 
     @property
     def doubt(self) -> float:
