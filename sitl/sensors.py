@@ -252,7 +252,7 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
     rate in rad/s, axes forward, starboard, down. Where the rates are means of the last step, so are the forces."""
     roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    p, q, r = _body_rates(waves, hull.turn_radps)
+    turn_radps = hull.turn_radps
     forward, starboard = hull.surge_mps2, hull.sway_mps2
     felt_mps2 = gravity_mps2 - waves.heave_mps2
     z = s_pitch * forward - c_pitch * felt_mps2
@@ -260,9 +260,9 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
         c_pitch * forward + s_pitch * felt_mps2,
         c_roll * starboard + s_roll * z,
         c_roll * z - s_roll * starboard,
-        p,
-        q,
-        r,
+        waves.roll_rate_radps - turn_radps * s_pitch,
+        waves.pitch_rate_radps * c_roll + turn_radps * s_roll * c_pitch,
+        turn_radps * c_roll * c_pitch - waves.pitch_rate_radps * s_roll,
     )
 
 
@@ -271,17 +271,6 @@ def _meant(waves: Waves) -> tuple[float, float]:
     return (
         waves.roll_rad - waves.half_step_s * waves.roll_rate_radps,
         waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps,
-    )
-
-
-def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
-    """Rates about the body's axes."""
-    roll, pitch = _meant(waves)
-    c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    return (
-        waves.roll_rate_radps - turn_radps * s_pitch,
-        waves.pitch_rate_radps * c_roll + turn_radps * s_roll * c_pitch,
-        turn_radps * c_roll * c_pitch - waves.pitch_rate_radps * s_roll,
     )
 
 

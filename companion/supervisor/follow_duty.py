@@ -79,14 +79,14 @@ class FollowDuty:
         """Why the leader cannot be followed now, or None."""
         return self._watch.fault(nav, now_s)
 
-    def sight(self, nav: NavState, now_s: float) -> Source:
-        """For the failsafes."""
+    def sight(self, nav: NavState, facts: Facts, now_s: float) -> Source:
+        """For the failsafes. `facts`: those of now."""
         fault = (
             None
             if self._waiting(now_s)
             else self._watch.fault(nav, now_s) or ("follow cannot begin" if self._awaits else None)
         )
-        stays = self._refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), now_s)
+        stays = refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), facts)
         if stays is None and self._watch.jump_m is not None:
             stays = f"leader jumped {self._watch.jump_m:.0f} m"
         return Source(fault, self._watch.good_s(now_s), stays)
