@@ -326,13 +326,16 @@ class ImuModel:
         if self._yaw is not None:
             e_yaw = self._yaw.update(self._dt_s)
         normals = self._normals
+        wx, wy = normals.pair()
+        wz, wp = normals.pair()
+        wq, wr = normals.pair()
         sample = (
-            x + ex + ACCEL_WHITE_MPS2 * normals.next(),
-            y + ey + ACCEL_WHITE_MPS2 * normals.next(),
-            z + ez + ACCEL_WHITE_MPS2 * normals.next(),
-            p + ep + GYRO_WHITE_RADPS * normals.next(),
-            q + eq + GYRO_WHITE_RADPS * normals.next(),
-            r + er + GYRO_WHITE_RADPS * normals.next(),
+            x + ex + ACCEL_WHITE_MPS2 * wx,
+            y + ey + ACCEL_WHITE_MPS2 * wy,
+            z + ez + ACCEL_WHITE_MPS2 * wz,
+            p + ep + GYRO_WHITE_RADPS * wp,
+            q + eq + GYRO_WHITE_RADPS * wq,
+            r + er + GYRO_WHITE_RADPS * wr,
             waves.roll_rad + e_roll,
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
