@@ -7,7 +7,6 @@ sum (CUSUM).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 FALSE_ALARM = 1e-9
 """Probability at which a run of repeats counts as impossible: at 100 Hz once in months, were that all there is."""
@@ -44,7 +43,7 @@ class RepeatRun:
         self._value, self.run, self.since_s = value, 0, t_s
 
     @staticmethod
-    def update_each(runs: Sequence[RepeatRun], values: Sequence[float], t_s: float) -> None:
+    def update_each(runs: tuple[RepeatRun, ...], values: tuple[float, ...], t_s: float) -> None:
         """Take one value for each of several sources. Most are new after a new one, which needs no more than this."""
         for run, value in zip(runs, values, strict=True):
             if run.run or run._value is None or value == run._value:
