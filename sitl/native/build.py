@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -34,8 +33,6 @@ _HEADERS = (f"__native_{GROUP}.h", f"__native_internal_{GROUP}.h")
 
 _WRONG, _RIGHT = "!= -113.0 && PyErr_Occurred()", "!= -113.0 || !PyErr_Occurred()"
 """How mypyc 2.4 asks whether a constant that is a tuple of floats has its value, and how it should."""
-_ONCE = re.compile(r"^char CPyDef_\w+_____top_level__\(void\) \{", re.MULTILINE)
-"""The statements of a module, a seventh of the code: made small and put apart, they take less time of the compiler."""
 
 
 class BuildError(Exception):
@@ -106,8 +103,9 @@ def _translate(folder: Path, sources: Path, modules: Sequence[str]) -> None:
     cache = ("--config-file", str(config), "--cache-dir", str(folder / "cache"))
     _run([sys.executable, "-c", code, str(folder / "c")], sources, json.dumps([*cache, *modules]))
     for path in (folder / "c").glob("*.c"):
-        text = path.read_text(encoding="utf-8").replace(_WRONG, _RIGHT)
-        path.write_text(_ONCE.sub(r"__attribute__((cold)) \g<0>", text), encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
+        if _WRONG in text:
+            path.write_text(text.replace(_WRONG, _RIGHT), encoding="utf-8")
 
 
 def _compiled(sources: Path, objects: Path, compiler: Sequence[str], jobs: int) -> list[Path]:
