@@ -34,8 +34,20 @@ class Normals:
         self._second, self._waits = math.sin(angle) * radius, True
         return math.cos(angle) * radius
 
+    def pair(self) -> tuple[float, float]:
+        """The next two."""
+        angle = self._uniform() * TWO_PI
+        radius = math.sqrt(-2.0 * math.log(1.0 - self._uniform()))
+        if not self._waits:
+            return math.cos(angle) * radius, math.sin(angle) * radius
+        first, self._second = self._second, math.sin(angle) * radius
+        return first, math.cos(angle) * radius
+
     def gauss(self, mean: float, sigma: float) -> float:
         """The next number, of that mean and standard deviation."""
+        if self._waits:
+            self._waits = False
+            return mean + self._second * sigma
         return mean + self.next() * sigma
 
 

@@ -252,7 +252,7 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
     rate in rad/s, axes forward, starboard, down. Where the rates are means of the last step, so are the forces."""
     roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    p, q, r = _body_rates(waves, hull.turn_radps)
+    turn_radps = hull.turn_radps
     forward, starboard = hull.surge_mps2, hull.sway_mps2
     felt_mps2 = gravity_mps2 - waves.heave_mps2
     z = s_pitch * forward - c_pitch * felt_mps2
@@ -260,9 +260,9 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
         c_pitch * forward + s_pitch * felt_mps2,
         c_roll * starboard + s_roll * z,
         c_roll * z - s_roll * starboard,
-        p,
-        q,
-        r,
+        waves.roll_rate_radps - turn_radps * s_pitch,
+        waves.pitch_rate_radps * c_roll + turn_radps * s_roll * c_pitch,
+        turn_radps * c_roll * c_pitch - waves.pitch_rate_radps * s_roll,
     )
 
 
@@ -271,17 +271,6 @@ def _meant(waves: Waves) -> tuple[float, float]:
     return (
         waves.roll_rad - waves.half_step_s * waves.roll_rate_radps,
         waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps,
-    )
-
-
-def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
-    """Rates about the body's axes."""
-    roll, pitch = _meant(waves)
-    c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    return (
-        waves.roll_rate_radps - turn_radps * s_pitch,
-        waves.pitch_rate_radps * c_roll + turn_radps * s_roll * c_pitch,
-        turn_radps * c_roll * c_pitch - waves.pitch_rate_radps * s_roll,
     )
 
 
@@ -337,13 +326,16 @@ class ImuModel:
         if self._yaw is not None:
             e_yaw = self._yaw.update(self._dt_s)
         normals = self._normals
+        wx, wy = normals.pair()
+        wz, wp = normals.pair()
+        wq, wr = normals.pair()
         sample = (
-            x + ex + ACCEL_WHITE_MPS2 * normals.next(),
-            y + ey + ACCEL_WHITE_MPS2 * normals.next(),
-            z + ez + ACCEL_WHITE_MPS2 * normals.next(),
-            p + ep + GYRO_WHITE_RADPS * normals.next(),
-            q + eq + GYRO_WHITE_RADPS * normals.next(),
-            r + er + GYRO_WHITE_RADPS * normals.next(),
+            x + ex + ACCEL_WHITE_MPS2 * wx,
+            y + ey + ACCEL_WHITE_MPS2 * wy,
+            z + ez + ACCEL_WHITE_MPS2 * wz,
+            p + ep + GYRO_WHITE_RADPS * wp,
+            q + eq + GYRO_WHITE_RADPS * wq,
+            r + er + GYRO_WHITE_RADPS * wr,
             waves.roll_rad + e_roll,
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),

@@ -144,7 +144,7 @@ class ThrusterModel:
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
-        force_n = self.given_n
+        force_n = self.given_n if self.fouled else self.force_n
         x_n, y_n = force_n * math.cos(self.azimuth_rad), force_n * math.sin(self.azimuth_rad)
         return x_n, y_n, self._x_m * y_n - self._y_m * x_n
 
@@ -203,6 +203,8 @@ class ThrusterModel:
             self._turn_badly(dt_s)
             return
         error = self._target_rad - self.azimuth_rad
+        if not error:
+            return
         if self._endless:
             error = wrap_pi(error)
         if error:

@@ -7,7 +7,6 @@ import gc
 import math
 import os
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -32,6 +31,7 @@ from companion.cli.console import add_feed, add_option_to, start_console, stop_c
 from companion.cli.scripts import keep_scripts, script_links
 from companion.cli.terminal import Terminal, console_on, journal_of
 from companion.cli.trial_results import FileTrials, IdentifyProcess
+from companion.cli.warm_up import WarmUp
 from companion.config import vessel as config_module
 from companion.config.vessel import HomeConfig, VesselConfig, find
 from companion.core.decision import TextKind
@@ -171,12 +171,8 @@ def _run_until_stopped(
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(_SWITCH_S)
-    loading = threading.Thread(target=warm_up, name="warm-up")
-    loading.start()
-    try:
-        run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
-    finally:
-        loading.join()
+    vessel.add_recorder(WarmUp(warm_up))
+    run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:

@@ -9,9 +9,6 @@ from companion.config.scripts import ScriptConfig, script_system
 from companion.io.mavlink.wire.script_link import ScriptLink
 from companion.loop import Vessel
 from companion.record.feed import SOCKET
-from companion.scripting.keeper import KeptScript, ScriptKeeper
-from companion.scripting.keeping import Keeping
-from companion.scripting.runner import Settings
 
 FOLDER = "scripts"  # in the state folder: what the scripts write
 
@@ -26,7 +23,11 @@ def keep_scripts(vessel: Vessel, vessel_file: Path, links: Sequence[ScriptLink],
     be made."""
     scripts = vessel.config.scripts
     if not scripts:
-        return
+        return  # most boats have none: what keeps them is not loaded then
+    from companion.scripting.keeper import KeptScript, ScriptKeeper
+    from companion.scripting.keeping import Keeping
+    from companion.scripting.runner import Settings
+
     kept = []
     for i, (script, link) in enumerate(zip(scripts, links, strict=True)):
         folder = (state / FOLDER / script.name).absolute()

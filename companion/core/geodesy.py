@@ -33,12 +33,13 @@ class LocalFrame:
         """(lat, lon) in degrees → (north_m, east_m)."""
         lat0, lat = math.radians(self.lat_deg), math.radians(lat_deg)
         dlon = math.radians(math.remainder(lon_deg - self.lon_deg, 360.0))
-        meridian, _ = _radii_m(0.5 * (lat0 + lat))
-        _, vertical = _radii_m(lat)
+        sine = math.sin(lat)
+        w2 = 1.0 - _E2 * math.sin(0.5 * (lat0 + lat)) ** 2  # radii of curvature as in `_radii_m`
+        meridian, vertical = _A_M * (1.0 - _E2) / (w2 * math.sqrt(w2)), _A_M / math.sqrt(1.0 - _E2 * sine**2)
         east = vertical * math.cos(lat) * dlon
         # a parallel curves towards the pole: away from the origin's meridian it lies further north
-        north = meridian * (lat - lat0) + 0.5 * east * dlon * math.sin(lat)
-        return north, east - east * dlon * dlon * math.sin(lat) ** 2 / 6.0
+        north = meridian * (lat - lat0) + 0.5 * east * dlon * sine
+        return north, east - east * dlon * dlon * sine**2 / 6.0
 
     def to_geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
         """(north_m, east_m) → (lat, lon) in degrees; the inverse of `to_ned` to under a millimetre within 100 km."""

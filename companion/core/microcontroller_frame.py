@@ -335,7 +335,7 @@ def _encode_status(message: BoardStatus) -> bytes:
     voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
     current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
     remaining = _NO_REMAINING if message.remaining is None else _scaled(message.remaining, 254.0, 0, 254)
-    rc_us = [min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]]
+    rc_us = [us if 0 <= us <= 65535 else min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]]
     rc_us += [0] * (RC_CHANNELS - len(rc_us))
     n = _count(message.thrusters)
     parts = [

@@ -193,16 +193,20 @@ class FenceGuard:
 
     def areas(self) -> FenceAreas | None:
         """The areas of the fence in force; None where there is none, or while they are being prepared."""
+        self._renew()
+        return self._areas
+
+    def _renew(self) -> tuple[object, ...]:
+        """Put the fence that is wanted in force once it is prepared. Returns its key."""
         key = self._wanted_key()
         if key != self._key and self._is_prepared(key):
             self._put_in_force(self._prepared if key else NOTHING)
-        return self._areas
+        return key
 
     @property
     def preparing(self) -> bool:
         """Whether a fence is wanted that is not in force yet."""
-        self.areas()
-        return self._wanted_key() != self._key
+        return self._renew() != self._key
 
     def _put_in_force(self, prepared: Prepared) -> None:
         circle_moved = _is_same_but_for_the_circle(prepared.key, self._key)

@@ -99,11 +99,10 @@ class CorrectionsRelay:
         now_s = tick.t_s
         for listener in self._listeners:
             listener(tick)
-        if any(
-            type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks
-            for reading in tick.readings
-        ):
-            self.heard(now_s)
+        for reading in tick.readings:
+            if type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks:
+                self.heard(now_s)
+                break
         never_s = _PATIENCE_S - _TIMEOUT_S if self._ranks else math.inf
         since_s = never_s if self._heard_s is None else self._heard_s
         if not self._lost and self._receivers and now_s - since_s > _TIMEOUT_S:

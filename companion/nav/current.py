@@ -117,13 +117,11 @@ class CurrentObserver:
         u, v, north, east = self._state
         variances = []
         for row in ((c, -s, 1.0, 0.0), (s, c, 0.0, 1.0)):
-            variances.append(
-                sum(
-                    a * b * value
-                    for a, line in zip(row, self._p, strict=True)
-                    for b, value in zip(row, line, strict=True)
-                )
-            )
+            variance = 0.0
+            for a, line in zip(row, self._p, strict=True):
+                for b, value in zip(row, line, strict=True):
+                    variance += a * b * value
+            variances.append(variance)
         return c * u - s * v + north, s * u + c * v + east, math.sqrt(max(*variances, 0.0))
 
     def estimate(self, now_s: float) -> tuple[float, float, float] | None:

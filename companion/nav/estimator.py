@@ -244,7 +244,7 @@ class Estimator:
 
     def _felt(self, measured: Imu) -> Imu:
         """The sample as it is used: without its forces, where those lie."""
-        felt, feels = self._imus.felt(measured, normal_gravity_mps2(self.frame.lat_deg))
+        felt, feels = self._imus.felt(measured, self.frame.lat_deg)
         if feels is not None:
             self._feel(measured.source, feels)
         return felt

@@ -11,6 +11,7 @@ from companion.nav.corrections import SensorCorrections
 from companion.nav.inertial import without_force
 from companion.nav.inertial_units import inertial_units, silences_s
 from companion.nav.integrity.evidence import Sense
+from companion.nav.lever_arms import normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.sources import SourceSelector
 from companion.nav.witness import Witness
@@ -55,9 +56,9 @@ class InertialSource:
         corrections = self._corrections.get(imu.source)
         return self._mounting.turned(imu if corrections is None else corrections.imu(imu))
 
-    def felt(self, measured: Imu, gravity_mps2: float) -> tuple[Imu, bool | None]:
+    def felt(self, measured: Imu, lat_deg: float) -> tuple[Imu, bool | None]:
         """The sample as it is used, without its forces where those lie; and whether the filter is to begin anew with
-        forces (True) or without them (False), None: it goes on."""
+        forces (True) or without them (False), None: it goes on. `lat_deg`: where gravity is that of."""
         source = measured.source
         if self._witness.trusts(Sense.ACCELEROMETER, source):
             back = source in self._unfelt
@@ -66,7 +67,7 @@ class InertialSource:
         known = source in self._unfelt
         self._unfelt.add(source)
         stops = not known and not self.voted(measured.t_s)
-        return without_force(measured, gravity_mps2), False if stops else None
+        return without_force(measured, normal_gravity_mps2(lat_deg)), False if stops else None
 
     def chosen(self, measured: Imu, felt: Imu) -> Imu | None:
         """The sample for the filter; None if its sensor is not in use."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from companion.nav.error_state import ErrorStateFilter, at_the_middle
-from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
+from companion.nav.lever_arms import Quaternion, Vector, rotation, turned
 from companion.nav.measured_off import MeasuredOff
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
@@ -117,8 +117,9 @@ class Lane:
         p, q, r = rates[0] - bp, rates[1] - bq, rates[2] - br
         matrix = rotation(self._quaternion)
         self._quaternion = turned(self._quaternion, p * dt_s, q * dt_s, r * dt_s)
-        felt = at_the_middle(force[0] - bx, force[1] - by, force[2] - bz, p, q, r, dt_s)
-        n, e, d = rotate(matrix, felt)
+        x, y, z = at_the_middle(force[0] - bx, force[1] - by, force[2] - bz, p, q, r, dt_s)
+        r0, r1, r2, r3, r4, r5, r6, r7, r8 = matrix  # written out: each lane does this with each sample
+        n, e, d = r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z
         chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
         self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity

@@ -96,8 +96,19 @@ def exponential(x_rad: float, y_rad: float, z_rad: float) -> Quaternion:
 
 
 def turned(quaternion: Quaternion, x_rad: float, y_rad: float, z_rad: float) -> Quaternion:
-    """The attitude after a small rotation in body axes, normalised."""
-    w, x, y, z = multiply(quaternion, exponential(x_rad, y_rad, z_rad))
+    """The attitude after a small rotation in body axes, normalised: the product with its exponential, written out since
+    each sample of an inertial sensor asks for several."""
+    aw, ax, ay, az = quaternion
+    angle = math.sqrt(x_rad * x_rad + y_rad * y_rad + z_rad * z_rad)
+    if angle < 1e-9:
+        bw, s = 1.0, 0.5
+    else:
+        bw, s = math.cos(0.5 * angle), math.sin(0.5 * angle) / angle
+    bx, by, bz = s * x_rad, s * y_rad, s * z_rad
+    w = aw * bw - ax * bx - ay * by - az * bz
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
     scale = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)  # one Newton step towards 1/|q|
     return w * scale, x * scale, y * scale, z * scale
 

@@ -31,7 +31,8 @@ class Mounting:
         self._own = {
             source: _matrix(ROTATIONS_DEG[number]) for source, number in chosen.items() if number in ROTATIONS_DEG
         }
-        self._known: tuple[Vector, Matrix | None] | None = None
+        self._turn: Matrix | None = None
+        self._version = -1  # of the parameters that it was made of
 
     def turned(self, imu: Imu) -> Imu:
         """The sample in body axes. The device's own attitude in it stays as it is."""
@@ -63,10 +64,11 @@ class Mounting:
     def _board(self) -> Matrix | None:
         """The inertial sensors' rotation: offsets · SENS_BOARD_ROT; None where there is nothing to turn."""
         parameters = self._parameters
-        offsets_deg = (parameters[_OFFSETS[0]], parameters[_OFFSETS[1]], parameters[_OFFSETS[2]])
-        if self._known is None or offsets_deg != self._known[0]:
-            self._known = offsets_deg, _matrix(self._board_deg, offsets_deg)
-        return self._known[1]
+        if parameters.version != self._version:
+            self._version = parameters.version
+            offsets_deg = (parameters[_OFFSETS[0]], parameters[_OFFSETS[1]], parameters[_OFFSETS[2]])
+            self._turn = _matrix(self._board_deg, offsets_deg)
+        return self._turn
 
 
 def _matrix(angles_deg: Vector, offsets_deg: Vector = (0.0, 0.0, 0.0)) -> Matrix | None:

@@ -49,6 +49,8 @@ class ReadingQueue:
         return due
 
     def _dated(self, reading: Reading) -> Reading:
+        if type(reading) is Imu and reading.source in self._settled:
+            return reading  # most readings are such
         if not _of_receiver(reading):
             if reading.source not in self._settled:
                 self._settled.add(reading.source)

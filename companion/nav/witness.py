@@ -43,7 +43,8 @@ class Witness:
 
     def trusts(self, sense: Sense, source: str) -> bool:
         """Whether that sense of that source is used."""
-        return self.monitor.trusts(sense, source)
+        untrusted = self.monitor.untrusted
+        return not untrusted or (sense, source) not in untrusted
 
     def raw(self, imu: Imu) -> None:
         """Note a sample as the sensor gave it, before calibration and in its own axes."""
@@ -56,7 +57,7 @@ class Witness:
 
     def turns(self, source: str) -> bool:
         """Whether the rates of an inertial sensor may be used."""
-        return self.trusts(Sense.IMU, source) and self.trusts(Sense.GYRO, source)
+        return not self.monitor.untrusted or (self.trusts(Sense.IMU, source) and self.trusts(Sense.GYRO, source))
 
     def field(self, field: MagneticField) -> bool:
         """Note a magnetic field; whether it may be used."""

@@ -26,6 +26,7 @@ class Parameters:
                 raise ValueError(f"parameter {name} = {value}: {refusal.name.lower().replace('_', ' ')}")
             self.defaults[name] = self._coerced(self._by_name[name], value)
         self._values = dict(self.defaults)
+        self.version = 0  # it grows with each change
         self._listeners: list[Callable[[str, float], None]] = []
         self._after: list[Callable[[], None]] = []
 
@@ -87,6 +88,7 @@ class Parameters:
 
     def _store(self, values: Mapping[str, float]) -> None:
         self._values.update(values)
+        self.version += 1
         for name, value in values.items():
             for listener in self._listeners:
                 listener(name, value)

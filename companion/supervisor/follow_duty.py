@@ -79,14 +79,14 @@ class FollowDuty:
         """Why the leader cannot be followed now, or None."""
         return self._watch.fault(nav, now_s)
 
-    def sight(self, nav: NavState, now_s: float) -> Source:
-        """For the failsafes."""
+    def sight(self, nav: NavState, facts: Facts, now_s: float) -> Source:
+        """For the failsafes. `facts`: those of now."""
         fault = (
             None
             if self._waiting(now_s)
             else self._watch.fault(nav, now_s) or ("follow cannot begin" if self._awaits else None)
         )
-        stays = self._refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), now_s)
+        stays = refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), facts)
         if stays is None and self._watch.jump_m is not None:
             stays = f"leader jumped {self._watch.jump_m:.0f} m"
         return Source(fault, self._watch.good_s(now_s), stays)
@@ -201,7 +201,7 @@ class FollowDuty:
         if self._armed and not self._helm.armed:
             self._position.drop()
         self._armed = self._helm.armed
-        if self._wish_refusal(inputs.now_s) is not None:
+        if self._sticks.remote_system is not None and self._wish_refusal(inputs.now_s) is not None:
             self.taken_over(inputs.now_s)
         following = self._armed and self._helm.mode.id is ModeId.FOLLOW
         self._awaits = self._awaits and following and self._helm.stopped

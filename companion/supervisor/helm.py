@@ -45,14 +45,18 @@ class Helm:
 
     def refusal(self, mode: ModeId, nav: NavState, now_s: float) -> str | None:
         """Why `mode` cannot be chosen now, or None."""
+        return self.refusal_with(mode, nav, self._inputs_at(now_s, 0.0))
+
+    def refusal_with(self, mode: ModeId, nav: NavState, inputs: ModeInputs) -> str | None:
+        """As `refusal`, with what modes see now: who asks about all of them makes that once."""
         candidate = self.modes[mode]
         try:
-            reason = candidate.check(self._inputs_at(now_s, 0.0))
+            reason = candidate.check(inputs)
         except Exception as error:  # noqa: BLE001  as in `guide`; asked in every tick, so it is announced once
             reason = f"failed ({type(error).__name__}: {error})"
             if self._check_failures.get(mode) != reason:
                 self._check_failures[mode] = reason
-                self._events.say(now_s, TextKind.ALARM, "mode_failed", f"{mode.value} {reason}")
+                self._events.say(inputs.now_s, TextKind.ALARM, "mode_failed", f"{mode.value} {reason}")
         return reason or estimate_refusal(candidate, nav)
 
     def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:

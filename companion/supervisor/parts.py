@@ -226,7 +226,7 @@ class SupervisorParts:
 
     def situation(self, now_s: float) -> Situation:
         """What arming checks and failsafes see."""
-        helm, thrusters = self.helm, self.config.thrusters
+        helm, thrusters, facts = self.helm, self.config.thrusters, self.facts(now_s)
         return Situation(
             now_s=now_s,
             nav=self.nav,
@@ -240,7 +240,7 @@ class SupervisorParts:
             mode_refusal=None if helm.armed else helm.refusal(helm.mode.id, self.nav, now_s),
             sticks_age_s=self.sticks.age_s(now_s) if self.sticks.heard else None,
             ground_station_age_s=self.ground_stations.age_s(now_s),
-            authority=self.facts(now_s),
+            authority=facts,
             failed_thrusters=tuple(thrusters[i].name for i in sorted(self.failed)),
             lost_motions=lost_motions(thrusters, self.failed),
             keeps_straight=keeps_straight(thrusters, self.failed),
@@ -255,13 +255,13 @@ class SupervisorParts:
             home_share=self.range.need,
             range_short=self.range.short,
             fence_preparing=self.fence.preparing,
-            sources=self._sources(now_s),
+            sources=self._sources(facts, now_s),
         )
 
-    def _sources(self, now_s: float) -> dict[ModeId, Source]:
+    def _sources(self, facts: Facts, now_s: float) -> dict[ModeId, Source]:
         """What modes steer by. Of the leader the duty knows more than the mode."""
         sources = {mode.id: Source(mode.loss(now_s)) for mode in self._with_source}
-        return sources | {ModeId.FOLLOW: self.following.sight(self.nav, now_s)}
+        return sources | {ModeId.FOLLOW: self.following.sight(self.nav, facts, now_s)}
 
 
 def _sailor(config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> Sailor | None:

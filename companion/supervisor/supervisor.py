@@ -157,6 +157,11 @@ class Supervisor(Requests):
         """What it depends on now who is obeyed."""
         return self.parts.facts(now_s)
 
+    @property
+    def armed(self) -> bool:
+        """Whether the boat is armed."""
+        return self._helm.armed
+
     def status(self, now_s: float) -> Status:
         """The vessel at this moment."""
         parts, helm = self.parts, self._helm
@@ -181,7 +186,8 @@ class Supervisor(Requests):
     def arming_report(self, now_s: float) -> ArmingReport:
         """What speaks now against arming and against each mode. It asks every mode, so not in every tick."""
         parts, helm = self.parts, self._helm
-        refusals = {mode: self._mode_refusal(mode, now_s) for mode in helm.modes}
+        inputs = parts.mode_inputs(now_s, 0.0)
+        refusals = {mode: self._mode_refusal(mode, inputs) for mode in helm.modes}
         return arming_report(parts.situation(now_s), helm.modes, refusals)
 
     def mode_refusals(self, now_s: float) -> Mapping[ModeId, str | None]:
@@ -189,15 +195,16 @@ class Supervisor(Requests):
         forbidden = {
             m: self.refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, mode=m), now_s) for m in self._helm.modes
         }
-        return {mode: reason or self._mode_refusal(mode, now_s) for mode, reason in forbidden.items()}
+        inputs = self.parts.mode_inputs(now_s, 0.0)
+        return {mode: reason or self._mode_refusal(mode, inputs) for mode, reason in forbidden.items()}
 
-    def _mode_refusal(self, mode: ModeId, now_s: float) -> str | None:
+    def _mode_refusal(self, mode: ModeId, inputs: ModeInputs) -> str | None:
         """Why the mode cannot be entered; None for the one that steers now. A mode that fails at it says so."""
         helm = self._helm
         if helm.armed and not helm.stopped and helm.mode.id is mode:
             return None
         try:
-            return helm.refusal(mode, self.parts.nav, now_s)
+            return helm.refusal_with(mode, self.parts.nav, inputs)
         except Exception as error:  # noqa: BLE001  a list for people must not stop the boat
             return f"failed ({type(error).__name__}: {error})"
 

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from companion.native import FOLDER, LIBRARY, ROOT, SUFFIX, digest
+from companion.native import FOLDER, LIBRARY, ROOT, SUFFIX, digest, stamp
 from sitl.native.modules import compiled, known
 from sitl.native.operations import HEADER
 from sitl.native.source import prepared
@@ -43,7 +43,7 @@ def build(folder: Path, compiler: Sequence[str], jobs: int, root: Path = ROOT, i
     """Compile. `folder`: keeps what can be used again. `compiler`: of C, as a command; `jobs`: how many of it run at
     once. Returns the library's path. Raises BuildError."""
     modules, files = compiled(root), known(root)
-    made_of = digest(root, files)  # what changes while the compiler runs makes the build stale
+    changed, made_of = stamp(root, files), digest(root, files)  # what changes while the compiler runs makes it stale
     sources = folder / "src"
     _prepare(root, sources, modules)
     _translate(folder, sources, modules)
@@ -62,6 +62,7 @@ def build(folder: Path, compiler: Sequence[str], jobs: int, root: Path = ROOT, i
                 "modules": [module.removesuffix(".py").replace("/", ".") for module in modules],
                 "files": files,
                 "digest": made_of,
+                "stamp": changed,
             },
             indent=1,
         )

@@ -1,7 +1,8 @@
 """A module's source as mypyc gets it: the same statements, in the form that mypyc makes fast code of.
 
 * A dataclass gets the `__init__` that it would get from `dataclass`, so that it is compiled. It loses `slots` and
-  `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second.
+  `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second. Its
+  other methods come from `companion/native_values.py`, since `dataclass` makes them of text at each start.
 * A constant of a module becomes `Final`, else mypyc looks it up by its name each time.
 * Statements and expressions get other forms (`forms.py`).
 * A NamedTuple of `_VALUES` becomes a dataclass; who unpacks one nevertheless is found by mypy.
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 from sitl.native.edits import Edits
@@ -26,7 +27,8 @@ _CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
 _FUTURE = "from __future__ import annotations"
 _OPEN = ("StreamDriver",)  # from which drivers of other packages inherit, which are not compiled
 _ATTRIBUTE = "@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\n"
-_DECORATOR = "@dataclass(unsafe_hash=True, init=False)\n"
+_DECORATOR = "@dataclass(init=False, repr=False, eq=False)\n"
+_GIVEN = "native_values.give"
 _VALUES = (
     *("Place", "Offset", "PositionSeen", "VelocitySeen", "HeadingSeen", "ModelStep", "LaneStep", "InertialStep"),
 )
@@ -69,6 +71,8 @@ def _imports(edits: Edits, final: bool) -> None:
     lines = ["; from typing import Final"] if final else []
     if any(new == _DECORATOR for _, _, new in edits.edits):
         lines += ["; from dataclasses import dataclass"]
+    if any(_GIVEN in new for _, _, new in edits.edits):
+        lines += ["; from companion import native_values"]
     if any(new == _ATTRIBUTE for _, _, new in edits.edits):
         lines += ["; from typing import TYPE_CHECKING\nif TYPE_CHECKING: import mypy_extensions"]
     if lines:
@@ -150,10 +154,13 @@ def _dataclass(node: ast.ClassDef, edits: Edits, outermost: bool) -> list[str]:
     methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}
     fields = [found for statement in node.body if (found := _field(statement)) is not None]
     own = not node.bases and not methods & {"__init__", "__post_init__"}
-    options = _options(decorator, methods)
+    options, after = _options(decorator, methods), ""
     if own and fields and all(item.plain for item in fields):
-        edits.insert(edits.end(node), _init(node, fields))
+        after = _init(node, fields)
         options["init"] = "False"  # else `dataclass` would compile one at import, and leave it
+    if outermost and "order" not in options:
+        after += _given(node, _taken(options, methods))
+    edits.insert(edits.end(node), after)
     written = ", ".join(f"{name}={value}" for name, value in options.items())
     edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({written})")
     annotations = {item.name: item.annotation for item in fields}
@@ -166,8 +173,26 @@ def _value(node: ast.ClassDef, edits: Edits) -> list[str]:
     base = node.bases[0]
     edits.replace(edits.start(base) - 1, edits.end(base) + 1, "")
     fields = [found for statement in node.body if (found := _field(statement)) is not None]
-    edits.insert(edits.end(node), _init(node, fields))
+    edits.insert(edits.end(node), _init(node, fields) + _given(node, ("repr", "eq", "hash")))
     return []
+
+
+def _taken(options: dict[str, str], methods: Container[str]) -> list[str]:
+    """The methods that the options ask for; the options ask for them no longer."""
+    described, compared = options.get("repr") != "False", options.get("eq") != "False"
+    taken = ["repr"] if described and "__repr__" not in methods else []
+    taken += ["eq"] if compared and "__eq__" not in methods else []
+    if options.pop("unsafe_hash", "False") == "True":
+        taken += ["hash"]
+    elif compared and "__hash__" not in methods:
+        taken += ["no hash"]
+    options |= {"repr": "False", "eq": "False"}
+    return taken
+
+
+def _given(node: ast.ClassDef, methods: Sequence[str]) -> str:
+    names = "".join(f', "{name}"' for name in methods)
+    return f"\n{_GIVEN}({node.name}{names})" if methods else ""
 
 
 def _is_dataclass(node: ast.expr) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +23,8 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     built.mkdir()
     (built / f"{native.LIBRARY}{native.SUFFIX}").write_bytes(b"")
     files = ["a.py", "b.py"]
-    index = {"for": "x", "by": "mypyc", "modules": ["made.a"], "files": files, "digest": native.digest(tmp_path, files)}
+    marks = {"digest": native.digest(tmp_path, files), "stamp": native.stamp(tmp_path, files)}
+    index = {"for": "x", "by": "mypyc", "modules": ["made.a"], "files": files, **marks}
     (built / "index.json").write_text(json.dumps(index))
     yield built
     sys.meta_path[:] = finders
@@ -44,6 +46,24 @@ def test_a_changed_source_makes_it_stale(folder: Path, name: str) -> None:
         file.write("#")
     assert native.install(folder.parent, folder, "") == "interpreted: the native build is older than the sources"
     assert not found("made.a")
+
+
+def test_sources_with_the_times_of_the_build_are_not_read_again(folder: Path) -> None:
+    assert native.stamp(folder.parent, ["a.py"]) != native.stamp(folder.parent, ["b.py"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(native, "digest", lambda *_: pytest.fail("read"))
+        assert native.install(folder.parent, folder, "").startswith("native")
+
+
+def test_sources_of_other_times_count_by_their_contents(folder: Path) -> None:
+    os.utime(folder.parent / "a.py", ns=(1, 1))
+    assert native.install(folder.parent, folder, "").startswith("native")
+
+
+def test_a_source_changed_at_the_same_size_makes_it_stale(folder: Path) -> None:
+    (folder.parent / "a.py").write_text("# b.py\n")
+    os.utime(folder.parent / "a.py", ns=(1, 1))
+    assert native.install(folder.parent, folder, "") == "interpreted: the native build is older than the sources"
 
 
 def test_a_missing_source_makes_it_stale(folder: Path) -> None:

@@ -16,20 +16,47 @@ _USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as n
 _NARROWINGS = 40
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
+_Support = Callable[[float, float, float], float]
+
 
 def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float, way: int = 0) -> float:
     """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count. `way`: 1
     for an azimuth that turns ahead, −1 for one in reverse, 0 for either."""
-    along_x, along_y = surge - thruster.y_m * yaw, sway + thruster.x_m * yaw
-    size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
-    if thruster.kind == "rudder" and thruster.rudder is not None:
-        return _rudder_n(thruster, along_x, sway + thruster.rudder.x_m * yaw)
-    if not thruster.turns:
-        value = size * math.cos(direction - thruster.azimuth_rad)
-        return max(thruster.max_n * value, thruster.min_n * value)
-    ahead = size * math.cos(_beyond(thruster, direction)) if way >= 0 else 0.0
-    astern = size * math.cos(_beyond(thruster, direction + math.pi)) if way <= 0 else 0.0
-    return max(0.0, thruster.max_n * ahead, -thruster.min_n * astern)
+    return _support(thruster, way)(surge, sway, yaw)
+
+
+def _support(thruster: ThrusterConfig, way: int) -> _Support:
+    """`support_n` of one thruster: a search asks it ten thousand times."""
+    x_m, y_m, max_n, min_n = thruster.x_m, thruster.y_m, thruster.max_n, thruster.min_n
+    if thruster.kind == "rudder" and (rudder := thruster.rudder) is not None:
+        return lambda surge, sway, yaw: _rudder_n(thruster, surge - y_m * yaw, sway + rudder.x_m * yaw)
+    if thruster.turns:
+        return _turning_support(thruster, way)
+    azimuth_rad = thruster.azimuth_rad
+
+    def fixed_n(surge: float, sway: float, yaw: float) -> float:
+        along_x, along_y = surge - y_m * yaw, sway + x_m * yaw
+        value = math.hypot(along_x, along_y) * math.cos(math.atan2(along_y, along_x) - azimuth_rad)
+        return max(max_n * value, min_n * value)
+
+    return fixed_n
+
+
+def _turning_support(thruster: ThrusterConfig, way: int) -> _Support:
+    x_m, y_m = thruster.x_m, thruster.y_m
+    ahead_n, astern_n = thruster.max_n if way >= 0 else 0.0, -thruster.min_n if way <= 0 else 0.0
+    low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+    if low is None or high is None or high - low >= math.tau:
+        most_n = max(0.0, ahead_n, astern_n)
+        return lambda surge, sway, yaw: most_n * math.hypot(surge - y_m * yaw, sway + x_m * yaw)
+
+    def turning_n(surge: float, sway: float, yaw: float) -> float:
+        along_x, along_y = surge - y_m * yaw, sway + x_m * yaw
+        size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
+        ahead, astern = (size * math.cos(_beyond(low, high, each)) for each in (direction, direction + math.pi))
+        return max(0.0, ahead_n * ahead, astern_n * astern)
+
+    return turning_n
 
 
 def _rudder_n(thruster: ThrusterConfig, along_x: float, along_y: float) -> float:
@@ -45,11 +72,8 @@ def rudder_share(thruster: ThrusterConfig) -> float:
     return thruster.rudder.side_share(min(map(abs, stops)), thruster.propeller_m)
 
 
-def _beyond(thruster: ThrusterConfig, direction: float) -> float:
-    """Angle from `direction` to the nearest azimuth between the stops."""
-    low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
-    if low is None or high is None or high - low >= math.tau:
-        return 0.0
+def _beyond(low: float, high: float, direction: float) -> float:
+    """Angle from `direction` to the nearest azimuth between the stops, rad."""
     if (direction - low) % math.tau <= high - low:
         return 0.0
     return min(abs(math.remainder(direction - low, math.tau)), abs(math.remainder(direction - high, math.tau)))
@@ -74,14 +98,15 @@ def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]
     held = [other for other in range(3) if other != axis and other not in free]
     scale = 1.0 if axis == 2 else 1.0 / max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
 
+    supports = [_support(t, way) for t, way in zip(thrusters, ways, strict=True)]
+
     def value(side: float, multipliers: Sequence[float]) -> float:
         weights = [0.0, 0.0, 0.0]
         weights[axis] = side
         for other, multiplier in zip(held, multipliers, strict=True):
             weights[other] = multiplier
-        return sum(
-            support_n(t, weights[0], weights[1], weights[2], way) for t, way in zip(thrusters, ways, strict=True)
-        )
+        surge, sway, yaw = weights
+        return sum(support(surge, sway, yaw) for support in supports)
 
     bounds = [20.0 * (scale if other == 2 else 1.0) * (1.0 if axis != 2 else _reach(thrusters)) for other in held]
 

@@ -30,8 +30,7 @@ class ImuStuck(Hypothesis):
             runs = self._runs.get(imu.source)
             if runs is None:
                 runs = self._runs[imu.source] = tuple(RepeatRun() for _ in IMU_AXES)
-            for run, value in zip(runs, _values(imu), strict=True):
-                run.update(value, imu.t_s)
+            RepeatRun.update_each(runs, _values(imu), imu.t_s)
         self.doubt = 0.0
         return [found for source, runs in self._runs.items() for found in self._judged(source, runs, evidence.driven)]
 

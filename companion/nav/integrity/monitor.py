@@ -48,7 +48,8 @@ class IntegrityMonitor:
         self._say = say
         self.hypotheses = Hypotheses()
         self._doubted: dict[Channel, _Doubted] = {}
-        self._untrusted: frozenset[Channel] = frozenset()
+        self.untrusted: frozenset[Channel] = frozenset()
+        """The channels that are not used."""
         self._take_next: set[Channel] = set()  # accepted: its next reading counts, whatever the estimate is
         self._driven = False
 
@@ -56,12 +57,7 @@ class IntegrityMonitor:
 
     def trusts(self, sense: Sense, source: str) -> bool:
         """Whether that sense of that source is used."""
-        return not self._untrusted or (sense, source) not in self._untrusted
-
-    @property
-    def untrusted(self) -> frozenset[Channel]:
-        """The channels that are not used."""
-        return self._untrusted
+        return not self.untrusted or (sense, source) not in self.untrusted
 
     @property
     def state(self) -> tuple[Distrust, ...]:
@@ -147,8 +143,8 @@ class IntegrityMonitor:
         self._follow_confirmed(found, now_s)
         begun = self._enter(found, now_s)
         self._leave(now_s)
-        self._untrusted = self._unusable()
-        return [finding for finding in begun if finding.channel in self._untrusted]
+        self.untrusted = self._unusable()
+        return [finding for finding in begun if finding.channel in self.untrusted]
 
     def _unusable(self) -> frozenset[Channel]:
         return frozenset(channel for channel, doubted in self._doubted.items() if self._excludes(doubted.finding))
@@ -161,7 +157,7 @@ class IntegrityMonitor:
             if (
                 finding.jump
                 and channel.sense is Sense.POSITION
-                and self.hypotheses.position_jump.confirmed(channel.source, self._untrusted, now_s)
+                and self.hypotheses.position_jump.confirmed(channel.source, self.untrusted, now_s)
             ):
                 self._take(finding, now_s, "confirmed by another")
                 del found[channel]
@@ -236,7 +232,7 @@ class IntegrityMonitor:
         self._take_next.clear()
         for hypothesis in self.hypotheses.all:
             hypothesis.clear()
-        self._untrusted = frozenset()
+        self.untrusted = frozenset()
 
     # --- the operator's answer -------------------------------------------------------------------------------------
 
@@ -253,5 +249,5 @@ class IntegrityMonitor:
                 self._doubted[finding.channel].finding = finding._replace(asks=False)
                 text = f"{finding.channel.source} {finding.channel.sense.value} rejected"
                 self._say(now_s, TextKind.ROUTINE, "sense_rejected", text)
-        self._untrusted = self._unusable()
+        self.untrusted = self._unusable()
         return None

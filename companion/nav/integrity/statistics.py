@@ -36,19 +36,30 @@ class RepeatRun:
         if value == self._value:
             self.run += 1
             return
-        if self._value is not None:
+        if self.run:
             self._learn()
+        elif self._value is not None:
+            self._news += 1
         self._value, self.run, self.since_s = value, 0, t_s
 
+    @staticmethod
+    def update_each(runs: tuple[RepeatRun, ...], values: tuple[float, ...], t_s: float) -> None:
+        """Take one value for each of several sources. Most are new after a new one, which needs no more than this."""
+        for run, value in zip(runs, values, strict=True):
+            if run.run or run._value is None or value == run._value:
+                run.update(value, t_s)
+            else:
+                run._news += 1
+                run._value, run.since_s = value, t_s
+
     def _learn(self) -> None:
-        """From a run that has ended."""
+        """From a run of repeats that has ended."""
         if self.doubt >= 1.0:
             return  # it was a fault: it teaches nothing about the source
         self._news += 1
-        if self.run:
-            self._news_repeated += 1
-            self._repeats += self.run
-            self._repeats_repeated += self.run - 1
+        self._news_repeated += 1
+        self._repeats += self.run
+        self._repeats_repeated += self.run - 1
 
     @property
     def doubt(self) -> float:

@@ -15,7 +15,7 @@ from companion.nav.mounting import Mounting
 from companion.params.store import Parameters
 from tests.unit.nav.boat_truth import Voyage, config_of
 
-GRAVITY_MPS2 = 9.82
+GRAVITY_MPS2, LAT_DEG = 9.82, 63.4
 
 
 class Judge:
@@ -46,7 +46,7 @@ class Boat:
 
     def offer(self, t_s: float, number: int = 0) -> Imu | None:
         measured = self.source.corrected(Imu(t_s, f"imu{number}", 0.1, 0.0, -GRAVITY_MPS2, 0.0, 0.0, 0.02))
-        felt, self.feels = self.source.felt(measured, GRAVITY_MPS2)
+        felt, self.feels = self.source.felt(measured, LAT_DEG)
         return self.source.chosen(measured, felt)
 
 

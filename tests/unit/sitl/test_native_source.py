@@ -192,9 +192,24 @@ def test_a_class_variable_of_a_dataclass_is_refused() -> None:
 
 
 def test_a_dataclass_keeps_the_hash_of_its_own() -> None:
-    text = "@dataclass(frozen=True)\nclass Point:\n    x: int\n"
-    assert "unsafe_hash" in prepared(text)
-    assert "unsafe_hash" not in prepared(text + "\n    def __hash__(self) -> int:\n        return 1\n")
+    text = "from __future__ import annotations\n@dataclass(frozen=True)\nclass Point:\n    x: int\n"
+    assert 'give(Point, "repr", "eq", "hash")' in prepared(text)
+    assert 'give(Point, "repr", "eq")' in prepared(text + "\n    def __hash__(self) -> int:\n        return 1\n")
+
+
+def test_dataclass_makes_no_methods_of_text_where_it_can_be_left_out() -> None:
+    given = dict(re.findall(r"native_values\.give\((\w+)(.*)\)", prepared(MODULE)))
+    assert given == {
+        "Point": ', "repr", "eq", "hash"',
+        "Bag": ', "repr", "eq", "no hash"',
+        "Same": ', "repr"',
+        "Place": ', "repr", "eq", "hash"',
+    }
+
+
+def test_a_dataclass_with_an_order_is_left_to_dataclass() -> None:
+    text = "@dataclass(frozen=True, order=True)\nclass Point:\n    x: int\n"
+    assert "give" not in prepared(text) and "order=True, unsafe_hash=True, init=False" in prepared(text)
 
 
 def test_a_generic_dataclass_is_refused() -> None:

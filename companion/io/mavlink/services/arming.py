@@ -127,7 +127,8 @@ class ArmingService:
                 del listener.clients[key]
             if now_s >= listener.due_s and not _all_use_events(listener):
                 due.append((outlet, listener))
-        texts = unasked_prearm_texts(self._vessel.supervisor.status(now_s)) if due else ()
+        supervisor = self._vessel.supervisor
+        texts = unasked_prearm_texts(supervisor.status(now_s)) if due and not supervisor.armed else ()
         if texts:
             for outlet, listener in due:
                 listener.due_s = now_s + PREARM_PERIOD_S

@@ -176,8 +176,9 @@ class Telemetry:
     def _publish_to(self, outlet: Endpoint, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         """All messages that are due on one endpoint; only the heartbeat while its line is busy."""
         now_s, busy = view.now_s, outlet.busy
+        latest_s = now_s + _EARLY_S
         for slot in self._schedule(outlet, now_s).values():
-            if slot.due_s > now_s + _EARLY_S or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
+            if slot.due_s > latest_s or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
                 continue
             slot.due_s += slot.interval_s
             if slot.due_s <= now_s:  # so late that a turn was missed

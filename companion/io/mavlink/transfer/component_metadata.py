@@ -24,8 +24,9 @@ from companion.params.spec import ParamSpec
 from companion.params.store import Parameters
 
 GENERAL, PARAMETERS, EVENTS, ACTUATORS = "general.json", "parameters.json.xz", "events.json.xz", "actuators.json.xz"
-_FILTERS = ({"id": lzma.FILTER_LZMA2, "preset": lzma.PRESET_DEFAULT, "dict_size": 1 << 18},)
-"""A window of twice the largest file: the usual one of 8 MB takes half as long again to set up."""
+_FILTERS = ({"id": lzma.FILTER_LZMA2, "preset": 3, "dict_size": 1 << 18},)
+"""A quarter of the time of the usual preset, 6, for files that are 6 % larger. A window of twice the largest file: that
+of 8 MB takes longer to set up."""
 _TYPES = {PARAMETERS: 1, EVENTS: 4, ACTUATORS: 5}  # COMP_METADATA_TYPE
 
 

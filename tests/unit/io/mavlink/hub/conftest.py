@@ -129,6 +129,10 @@ class FakeSupervisor:
             MissionProgress(MissionState.NOT_STARTED, 0, 3),
         )
 
+    @property
+    def armed(self) -> bool:
+        return self.now.armed
+
     def status(self, now_s: float) -> Status:
         return replace(self.now, t_s=now_s)
 
