@@ -145,8 +145,8 @@ class Allocator(_AllocatorBase):
     because the thruster reverses at a stop, the thruster turns there without thrust. So does, with ALLOC_ECON, one that
     has long wasted power. One that has long pushed hard in reverse, where it is weaker, turns round with thrust.
 
-    Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, and which
-    thrusters are turning round.
+    Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
+    thrusters are turning round, and whether the boat has made way on its planned path.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -160,6 +160,7 @@ class Allocator(_AllocatorBase):
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         self._alone = len(self._thrusters) == 1
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._has_made_way = False  # on the planned path
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
         self._pushes: set[int] = set()  # those of them that give thrust meanwhile
         self._apart_s = [0.0] * len(self._thrusters)
@@ -170,19 +171,25 @@ class Allocator(_AllocatorBase):
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0, planned: bool = False) -> Allocation:
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `planned`: the demand
-        follows a planned path; where the boat makes way through the water on it (`surge_mps`), its thrusters stay
-        aimed."""
+        follows a planned path; until the boat makes way through the water on it (`surge_mps`), and while it does, its
+        thrusters stay aimed."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._optimise(wrench, ideal, dt_s, planned and surge_mps > self._way_mps)
+            self._optimise(wrench, ideal, dt_s, planned and self._stays_aimed(surge_mps))
+        self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         return allocation
+
+    def _stays_aimed(self, surge_mps: float) -> bool:
+        """Whether a boat on a planned path keeps its thrusters aimed: under way, and at first, when wind and current
+        carry it aside. A slow boat in a bend may reverse them."""
+        return surge_mps > self._way_mps or not self._has_made_way
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """Set forces and azimuths to the unconstrained solution `ideal`, cut to limits and rates."""
