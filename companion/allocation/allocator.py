@@ -312,17 +312,16 @@ class Allocator(_AllocatorBase):
             self._apart_s[i] = 0.0
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
-        """With ALLOC_ECON, and while every axis is given, the mean demand is taken."""
-        if not self._parameters["ALLOC_ECON"] or self._short or self._alone:
+        """While every axis is given, the mean demand is taken."""
+        self._thrifty = self._parameters["ALLOC_ECON"] > 0.0 and not self._short and not self._alone
+        if self._short or self._alone:
             self._thrift.reset()
-            self._thrifty = False
-            return
-        self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
-        self._thrifty = True
+        else:
+            self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
 
     def _consider_thrift(self, i: int, t: Thruster) -> None:
         """Begin to turn a thruster without thrust to the azimuth of its share of the mean demand, where that pays."""
-        if self._thrifty and self._crossing[i] is None and self._thrift.pays(i) and not self._others_cross(i):
+        if self._crossing[i] is None and self._thrift.pays(i, self._thrifty) and not self._others_cross(i):
             x, y = self._thrift.shares[i]
             self._crossing[i], _ = self._aim(i, t, math.atan2(y, x))
             self._thrift.turned_round(i)
