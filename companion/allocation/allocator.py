@@ -142,8 +142,9 @@ class Allocator(_AllocatorBase):
     thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
-    because the thruster reverses at a stop, the thruster turns there without thrust. So does, with ALLOC_ECON, one that
-    has long wasted power. One that has long pushed hard in reverse, where it is weaker, turns round with thrust.
+    because the thruster reverses at a stop, the thruster turns there without thrust. So does one that has long wasted
+    much power, or a little with ALLOC_ECON. One that has long pushed hard in reverse, where it is weaker, turns with
+    thrust.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
     thrusters are turning round, and whether the boat has made way on its planned path.
@@ -159,6 +160,7 @@ class Allocator(_AllocatorBase):
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         self._alone = len(self._thrusters) == 1
+        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
         self._has_made_way = False  # on the planned path
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
@@ -313,11 +315,12 @@ class Allocator(_AllocatorBase):
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """While every axis is given, the mean demand is taken."""
-        self._thrifty = self._parameters["ALLOC_ECON"] > 0.0 and not self._short and not self._alone
-        if self._short or self._alone:
-            self._thrift.reset()
-        else:
+        judged = self._can_waste and not self._short
+        self._thrifty = judged and self._parameters["ALLOC_ECON"] > 0.0
+        if judged:
             self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
+        else:
+            self._thrift.reset()
 
     def _consider_thrift(self, i: int, t: Thruster) -> None:
         """Begin to turn a thruster without thrust to the azimuth of its share of the mean demand, where that pays."""
