@@ -190,8 +190,8 @@ class Allocator(_AllocatorBase):
 
     def _stays_aimed(self, surge_mps: float) -> bool:
         """Whether a boat on a planned path keeps its thrusters aimed: under way, and at first, when wind and current
-        carry it aside. A slow boat in a bend may reverse them."""
-        return surge_mps > self._way_mps or not self._has_made_way
+        carry it aside. A slow boat in a bend may reverse them, as long as they then give what is demanded."""
+        return surge_mps > self._way_mps or not self._has_made_way or self._missing > _WORTH_A_TURN
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """Set forces and azimuths to the unconstrained solution `ideal`, cut to limits and rates."""

@@ -254,6 +254,18 @@ def test_slow_in_a_bend_of_a_planned_path_thrusters_may_reverse() -> None:
     assert axes(result.achieved) == pytest.approx((10.0, -60.0, 0.0), abs=1.0)
 
 
+def test_slow_behind_a_bend_thrusters_that_give_little_turn_to_the_demand() -> None:
+    """A boat slow in its current, with one thruster astern and the other aside. Each cycle's solution left them there:
+    for eight seconds they gave a tenth of the demand."""
+    a = Allocator(ABOAT, Parameters())
+    a.update(Wrench(60.0, -160.0, 0.0), DT_S, 1.0, planned=True)
+    aside = ThrusterCommand(0.0, 0.0, math.radians(-98.0)), ThrusterCommand(0.0, 0.0, math.radians(66.0))
+    a.direct(aside, dt_s=10.0)
+    for i in range(35):
+        result = a.update(Wrench(140.0, -50.0 - 3.0 * i, 40.0 - i), DT_S, 0.2, planned=True)
+    assert axes(result.achieved) == pytest.approx((140.0, -152.0, 6.0), abs=5.0)
+
+
 def test_a_thruster_that_cannot_reverse_turns_round() -> None:
     boat = replace(REVOLT, thrusters=(azimuth("port", -1.0, -0.5, 0.0), azimuth("starboard", -1.0, 0.5, 0.0)))
     a = allocator(boat)
