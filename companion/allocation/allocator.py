@@ -142,11 +142,12 @@ class Allocator(_AllocatorBase):
     thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
-    because the thruster reverses at a stop, the thruster turns there without thrust. So does, with ALLOC_ECON, one that
-    has long wasted power. One that has long pushed hard in reverse, where it is weaker, turns round with thrust.
+    because the thruster reverses at a stop, the thruster turns there without thrust. So does one that has long wasted
+    much power, or a little with ALLOC_ECON. One that has long pushed hard in reverse, where it is weaker, turns with
+    thrust.
 
-    Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, and which
-    thrusters are turning round.
+    Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
+    thrusters are turning round, and whether the boat has made way on its planned path.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -159,7 +160,9 @@ class Allocator(_AllocatorBase):
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         self._alone = len(self._thrusters) == 1
+        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._has_made_way = False  # on the planned path
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
         self._pushes: set[int] = set()  # those of them that give thrust meanwhile
         self._apart_s = [0.0] * len(self._thrusters)
@@ -170,19 +173,25 @@ class Allocator(_AllocatorBase):
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0, planned: bool = False) -> Allocation:
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `planned`: the demand
-        follows a planned path; where the boat makes way through the water on it (`surge_mps`), its thrusters stay
-        aimed."""
+        follows a planned path; until the boat makes way through the water on it (`surge_mps`), and while it does, its
+        thrusters stay aimed."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._optimise(wrench, ideal, dt_s, planned and surge_mps > self._way_mps)
+            self._optimise(wrench, ideal, dt_s, planned and self._stays_aimed(surge_mps))
+        self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         return allocation
+
+    def _stays_aimed(self, surge_mps: float) -> bool:
+        """Whether a boat on a planned path keeps its thrusters aimed: under way, and at first, when wind and current
+        carry it aside. A slow boat in a bend may reverse them, as long as they then give what is demanded."""
+        return surge_mps > self._way_mps or not self._has_made_way or self._missing > _WORTH_A_TURN
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """Set forces and azimuths to the unconstrained solution `ideal`, cut to limits and rates."""
@@ -305,17 +314,17 @@ class Allocator(_AllocatorBase):
             self._apart_s[i] = 0.0
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
-        """With ALLOC_ECON, and while every axis is given, the mean demand is taken."""
-        if not self._parameters["ALLOC_ECON"] or self._short or self._alone:
+        """While every axis is given, the mean demand is taken."""
+        judged = self._can_waste and not self._short
+        self._thrifty = judged and self._parameters["ALLOC_ECON"] > 0.0
+        if judged:
+            self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
+        else:
             self._thrift.reset()
-            self._thrifty = False
-            return
-        self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
-        self._thrifty = True
 
     def _consider_thrift(self, i: int, t: Thruster) -> None:
         """Begin to turn a thruster without thrust to the azimuth of its share of the mean demand, where that pays."""
-        if self._thrifty and self._crossing[i] is None and self._thrift.pays(i) and not self._others_cross(i):
+        if self._crossing[i] is None and self._thrift.pays(i, self._thrifty) and not self._others_cross(i):
             x, y = self._thrift.shares[i]
             self._crossing[i], _ = self._aim(i, t, math.atan2(y, x))
             self._thrift.turned_round(i)

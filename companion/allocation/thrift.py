@@ -1,4 +1,5 @@
-"""When turning a thruster round saves power: judged by what has long been demanded (ALLOC_ECON).
+"""When turning a thruster round saves power: judged by what has long been demanded. With ALLOC_ECON a little is
+enough, otherwise only so much that every boat should have it.
 
 At a tenth of the thrust the solver has little to gain in one cycle by turning a thruster, and stays in the nearest
 optimum: two pods may push against each other for minutes. The mean demand says where they belong.
@@ -13,7 +14,9 @@ from companion.allocation.geometry import Thruster
 
 _MEAN_S = 20.0
 _NOTHING_SHARE = 0.003  # of full force: less is nothing to turn for
-_WORTH_SHARE = 0.08  # wasted power, as a share of that needed, for which a thruster turns round without thrust
+# Wasted power, as a share of that needed, for which a thruster turns round without thrust: with ALLOC_ECON, and
+# without it, where it must be as much as this in full thrusters, too.
+_WORTH_SHARE, _WORTH_ALWAYS_SHARE, _WORTH_ALWAYS = 0.08, 0.4, 0.01
 _OFF_COS = math.cos(math.radians(40.0))  # of its direction from where its share of the mean demand points
 _REST_S = 30.0  # the least time between two such turns of one thruster
 
@@ -54,12 +57,13 @@ class Thrift:
         """Whether the mean demand has a share for thruster `i`."""
         return math.hypot(*self.shares[i]) > _NOTHING_SHARE * self._thrusters[i].max_n
 
-    def pays(self, i: int) -> bool:
+    def pays(self, i: int, little: bool) -> bool:
         """Whether thruster `i` has long pushed so far off its share of the mean demand that a turn without thrust
-        pays."""
+        pays. `little`: a little saved power is enough."""
         if self._rested_s[i] < _REST_S or self._taken_s < _MEAN_S or not self.is_asked(i):
             return False
-        if self._used - self._needed < _WORTH_SHARE * self._needed:
+        share, least = (_WORTH_SHARE, 0.0) if little else (_WORTH_ALWAYS_SHARE, _WORTH_ALWAYS)
+        if self._used - self._needed < max(share * self._needed, least):
             return False
         (x, y), (gx, gy) = self.shares[i], self._given[i]
         return x * gx + y * gy < _OFF_COS * math.hypot(x, y) * math.hypot(gx, gy)

@@ -27,7 +27,7 @@ ROWS: tuple[ParamSpec, ...] = (
         0,
         YES_NO,
         "Allocation",
-        "Turn an azimuth thruster round where the mean demand of the last 20 s then needs less power",
+        "Turn an azimuth thruster round where the mean demand of the last 20 s then needs a little less power",
     ),
     real(
         "JET_STEER_N",

@@ -234,6 +234,38 @@ def test_under_way_thrusters_far_off_their_aim_do_not_push_against_each_other() 
     assert settle(a, Wrench(-5.0, 45.0, 95.0), 40).achieved.yaw_nm == pytest.approx(95.0, abs=5.0)
 
 
+def test_carried_aside_at_the_start_of_a_path_thrusters_turn_to_the_demand_and_do_not_push_against_each_other() -> None:
+    """Wind and current carry the boat to port before it makes way. For the little of the wrench that thrusters ahead
+    give at once, the bow's pushed astern and the stern's ahead with 110 and 160 N; then both had to turn round."""
+    a = Allocator(ABOAT, Parameters())
+    for i in range(16):
+        result = a.update(Wrench(26.0 + 6.0 * i, 75.0, -40.0), DT_S, 0.0, planned=True)
+        assert min(t.force_n for t in result.thrusters) >= -1.0
+    assert axes(result.achieved) == pytest.approx((116.0, 75.0, -40.0), abs=2.0)
+
+
+def test_slow_in_a_bend_of_a_planned_path_thrusters_may_reverse() -> None:
+    """Only a boat that has not made way yet keeps its thrusters aimed without way."""
+    a = Allocator(ABOAT, Parameters())
+    settle(a, Wrench(20.0, 60.0, 0.0), 40)
+    a.update(Wrench(20.0, 60.0, 0.0), DT_S, 1.0, planned=True)
+    for _ in range(12):
+        result = a.update(Wrench(10.0, -60.0, 0.0), DT_S, 0.0, planned=True)
+    assert axes(result.achieved) == pytest.approx((10.0, -60.0, 0.0), abs=1.0)
+
+
+def test_slow_behind_a_bend_thrusters_that_give_little_turn_to_the_demand() -> None:
+    """A boat slow in its current, with one thruster astern and the other aside. Each cycle's solution left them there:
+    for eight seconds they gave a tenth of the demand."""
+    a = Allocator(ABOAT, Parameters())
+    a.update(Wrench(60.0, -160.0, 0.0), DT_S, 1.0, planned=True)
+    aside = ThrusterCommand(0.0, 0.0, math.radians(-98.0)), ThrusterCommand(0.0, 0.0, math.radians(66.0))
+    a.direct(aside, dt_s=10.0)
+    for i in range(35):
+        result = a.update(Wrench(140.0, -50.0 - 3.0 * i, 40.0 - i), DT_S, 0.2, planned=True)
+    assert axes(result.achieved) == pytest.approx((140.0, -152.0, 6.0), abs=5.0)
+
+
 def test_a_thruster_that_cannot_reverse_turns_round() -> None:
     boat = replace(REVOLT, thrusters=(azimuth("port", -1.0, -0.5, 0.0), azimuth("starboard", -1.0, 0.5, 0.0)))
     a = allocator(boat)

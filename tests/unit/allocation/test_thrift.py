@@ -1,6 +1,8 @@
-"""Power of the allocation in light weather, where a turn of one thruster pays (ALLOC_ECON)."""
+"""Power of the allocation in light weather, where a turn of one thruster pays."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 
@@ -36,6 +38,16 @@ def test_pods_that_push_against_each_other_are_turned_round() -> None:
     assert sum(any(one.limited) for one in thrifty) < 5.0 / DT_S  # while one of them turns
 
 
+def test_pods_that_waste_much_are_turned_round_without_being_asked_to() -> None:
+    """Hold in wind 6 m/s: the bow pushed astern, the stern ahead and aside, for ten minutes, with 1.55 times the power
+    that the demand needs."""
+    demand = Wrench(-21.0, -30.0, 12.0)
+    least = sum((math.hypot(-10.5, -15.0 + side * 12.0 / 3.2) / 240.0) ** 1.5 for side in (1.0, -1.0))
+    found = sailed(0.0, (Wrench(8.0, -12.0, 10.0), 40.0), (demand, 60.0))
+    assert power(found[50]) > 1.45 * least
+    assert power(found[-1]) < 1.05 * least
+
+
 def test_a_steady_demand_turns_nothing_round() -> None:
     for demand in (Wrench(-13.0, 47.0, -12.0), Wrench(20.0, 3.0, 0.0)):
         found = sailed(1.0, (demand, 60.0), (demand, 60.0))
@@ -54,8 +66,8 @@ def test_a_thruster_rests_between_two_turns() -> None:
     thrift = Thrift(thrusters_of(ABOAT))
     for _ in range(600):
         thrift.see([(-5.0, -5.0), (-5.0, -5.0)], [-8.0, 8.0], [0.8, -1.1], DT_S)
-    assert thrift.pays(1) and not thrift.pays(0)
+    assert thrift.pays(1, True) and not thrift.pays(0, True)
     thrift.turned_round(1)
-    assert not thrift.pays(1)
+    assert not thrift.pays(1, True)
     thrift.reset()
-    assert not thrift.pays(1)
+    assert not thrift.pays(1, True)
