@@ -130,8 +130,8 @@ def _sail(work: _Work) -> Run:
 
 
 def _believed(rig: Rig) -> Believed | None:
-    """What the boat believes, by the inertial filter's own covariance, brought from the sensor's place to the boat's
-    origin."""
+    """What the boat believes, by the inertial filter's own covariance and its doubts, brought from the sensor's place
+    to the boat's origin."""
     from companion.cli.rig import LockstepRig
     from sitl.evaluate.consistency import Believed
 
@@ -144,6 +144,8 @@ def _believed(rig: Rig) -> Believed | None:
     moved = np.eye(len(_STATES))
     moved[:4, 4] = arm.east_m, -arm.north_m, arm.east_mps, -arm.north_mps
     covariance = moved @ np.asarray(inertial.filter.covariance)[np.ix_(_STATES, _STATES)] @ moved.T
+    doubt_m, doubt_mps, doubt_rad = inertial.doubts
+    covariance += np.diag(np.square([doubt_m, doubt_m, doubt_mps, doubt_mps, doubt_rad]))
     return Believed(
         (nav.north_m, nav.east_m, nav.north_mps, nav.east_mps, nav.yaw_rad),
         tuple(map(tuple, covariance.tolist())),

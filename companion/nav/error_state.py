@@ -546,6 +546,10 @@ class ErrorStateFilter:
         for i in states:
             self.covariance[i, i] += variance
 
+    def widen_wander(self, variance: float) -> None:
+        """Add variance (m²) to what positions are off by: that may have jumped."""
+        self.inflate((_W, _W + 1), variance)
+
     def inflate_heading(self, variance: float) -> None:
         """Add variance (rad²) to the heading, for example when another source takes over."""
         self.inflate((_TH + 2,), variance)

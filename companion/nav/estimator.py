@@ -140,7 +140,7 @@ class Estimator:
             motion = self._begin_anew(motion, now_s)
         self._side.take(readings, motion, self._pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
-        driven = thrust is not None and self._pose.started
+        driven = thrust is not None and self._pose.started and not self._receivers.unsettled(self._positions.current)
         used = self._imus.current
         self._react(self._witness.conclude(driven, motion, self._inertial, self._model.current, now_s, used))
         if self._witness.monitor.untrusted:
@@ -418,9 +418,14 @@ class Estimator:
             self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
-            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
+            self._validity.position(fix.t_s, self._lagging_m(fix, before) if inertial else slow_sigma_m)
             if leads:
                 self._altitude.take(fix, lever)
+
+    def _lagging_m(self, fix: GnssFix, here: Place) -> float:
+        """One sigma of the way that the boat makes in the time by which a receiver's values may be late."""
+        unsure_s = self._receivers.unsure_s(fix.source)
+        return unsure_s * math.hypot(here.north_mps, here.east_mps) if unsure_s else 0.0
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""

@@ -10,11 +10,13 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import Judged
 from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
+from companion.nav.integrity.evidence import SETTLED_RADPS
 from companion.nav.lanes import InertialMemory, InertialSums, Lane
 from companion.nav.levelling import TILT_SIGMA_RAD, Levelling
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
 from companion.nav.measured_off import Wander
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
+from companion.nav.slow_error import Limits, SlowError, has_jumped
 from companion.nav.solution import Motion, Offset, Place
 
 _RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
@@ -25,6 +27,12 @@ _DOWN_SIGMA_MPS = 0.3
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _COMMON = 0.7  # correlation of the slow errors of two receivers: of plain ones 0.9, with corrections 0.5
 _WANDERS = 4.0  # by which the slow error of a receiver may jump, as when other satellites come
+_WRONG_FIX_M = 3.0  # a receiver with carrier phase may be off by that; further off, it is the estimate that was lost
+_SLOW_POSITION = Limits(most=1.0, reach=2.0, doubt=1.0, least=0.05)
+_SLOW_VELOCITY = Limits(most=0.0, reach=0.5, doubt=0.2, least=0.15)
+_VELOCITY_DOUBTED_MPS = 0.02  # velocities that are no better do not tell what positions are off by
+_SLOW_HEADING = Limits(most=0.0, reach=math.radians(10.0), doubt=math.radians(4.0), least=0.15)
+_BACK, _BACK_SHARE = 3.0, 0.4  # sigmas of the slow error, and share of the jump, within which a receiver is back
 _LONGEST_LAG_S = 1.0
 _LONGEST_COAST_S = 0.5
 _UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
@@ -59,8 +67,11 @@ class InertialSolution:
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
         self._wander = Wander(0.0, 1.0)
+        self._slow_position, self._slow_velocity = SlowError(_SLOW_POSITION), SlowError(_SLOW_VELOCITY)
+        self._slow_heading = SlowError(_SLOW_HEADING)
         self._down_s = -math.inf
         self._begun_s: float | None = None  # until the first position
+        self._anew: set[str] = set()  # senses whose next measurement counts alone
         self._position_gate = InnovationGate(POSITION_GATE)
         self._velocity_gate = InnovationGate(VELOCITY_GATE)
         self._heading_gate = InnovationGate(HEADING_GATE)
@@ -93,6 +104,9 @@ class InertialSolution:
         self.running = True
 
     def _clear_gates(self) -> None:
+        self._slow_position.begin()
+        self._slow_velocity.begin()
+        self._slow_heading.begin()
         for gate in (self._position_gate, self._velocity_gate, self._heading_gate):
             gate.clear()
 
@@ -107,6 +121,11 @@ class InertialSolution:
         self.filter.accelerometer_bias = ZERO
         self.feels = feels
         self.stop()
+
+    def restart(self) -> None:
+        """The next position and heading count alone: those before were wrong."""
+        self._anew = {"position", "heading"}
+        self._clear_gates()
 
     def carry_over(self, lever_m: Vector, noise: FilterNoise) -> None:
         """Go on with the samples of another sensor, at that place from the boat's origin."""
@@ -172,6 +191,12 @@ class InertialSolution:
         return True
 
     @property
+    def doubts(self) -> tuple[float, float, float]:
+        """One sigma of position and velocity on each axis (m, m/s) and of heading (rad), beside the filter's: it may
+        have followed what was no motion."""
+        return self._slow_position.doubt, self._slow_velocity.doubt, self._slow_heading.doubt
+
+    @property
     def lanes(self) -> Sequence[Lane]:
         """Dead reckoning by the inertial sensor alone, from several times; of the sensor's place."""
         return self._memory.lanes
@@ -226,17 +251,55 @@ class InertialSolution:
         innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
         vn, ve, _ = filter_.velocity
         now = north_m + lag_s * vn, east_m + lag_s * ve
-        if rule is None and self._begins(innovation):
+        if rule is None and (self._restarts("position") or self._begins(innovation)):
             filter_.reset_position(*now, arm, variance, 0.0)
             return Verdict.ACCEPT
+        apart_m, off_m = math.hypot(innovation.y1, innovation.y2), math.hypot(*filter_.wander)
+        jumped = rule is None and self._jumps(t_s, innovation, apart_m)
+        if jumped:
+            filter_.widen_wander(apart_m * apart_m)
+            innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
         verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule)
-        if verdict is Verdict.RESET and rule is None and self._by_wander(innovation, sigma_m):
-            filter_.expect_wander(self._wander, common=0.0)
+        if verdict is Verdict.RESET and rule is None and self._by_wander(apart_m, sigma_m):
+            filter_.widen_wander(apart_m * apart_m)
             filter_.fuse(filter_.position_innovation(north_m, east_m, arm, variance, lag_s))
-            return Verdict.ACCEPT
-        if verdict is Verdict.RESET:
+            jumped, verdict = True, Verdict.ACCEPT
+        if jumped and self._is_back(t_s, off_m):
+            filter_.reset_position(*now, arm, variance, 0.0)
+        elif verdict is Verdict.RESET:
+            gone_m = math.hypot(innovation.y1 + filter_.wander[0], innovation.y2 + filter_.wander[1])
             filter_.reset_position(*now, arm, variance, _RESET_SIGMA_MPS**2)
+            self._slow_position.jumped(t_s, gone_m if rule is None and gone_m <= _WRONG_FIX_M else 0.0)
         return verdict
+
+    def _jumps(self, t_s: float, innovation: Innovation, apart_m: float) -> bool:
+        """Whether positions have jumped, by less than the gate rejects."""
+        if not self._settled:
+            return False
+        trusted = self._slow_velocity.doubt <= _VELOCITY_DOUBTED_MPS
+        self._slow_position.take(t_s, innovation, self._wander.sigma if trusted else None)
+        return trusted and apart_m <= POSITION_GATE.always and has_jumped(innovation)
+
+    def _is_back(self, t_s: float, before_m: float) -> bool:
+        """Whether positions have jumped back to the boat. Away from it, one of both is right, before or now, and the
+        boat stays unsure. `before_m`: how far off they were before."""
+        off_m, said_m = math.hypot(*self.filter.wander), self._wander.sigma
+        back = before_m > _BACK * said_m and off_m <= max(_BACK * said_m, _BACK_SHARE * before_m)
+        if back or off_m > _BACK * said_m:
+            self._slow_position.jumped(t_s, 0.0 if back else off_m)
+        return back
+
+    @property
+    def _settled(self) -> bool:
+        """Whether the filter knows its attitude: before, its innovations are its own."""
+        return self.odometer.bias_sigma_radps <= SETTLED_RADPS
+
+    def _restarts(self, sense: str) -> bool:
+        """Whether this measurement counts alone."""
+        if sense not in self._anew:
+            return False
+        self._anew.discard(sense)
+        return True
 
     def _begins(self, innovation: Innovation) -> bool:
         """Whether the filter has just begun, at a position that came of such measurements: then it begins at this one,
@@ -245,10 +308,9 @@ class InertialSolution:
         lately = begun_s is not None and self.t_s - begun_s < _FIRST_S
         return lately and innovation.normalised_square <= POSITION_GATE.chi_square
 
-    def _by_wander(self, innovation: Innovation, sigma_m: float) -> bool:
+    def _by_wander(self, apart_m: float, sigma_m: float) -> bool:
         """Whether the slow error of the receiver explains where it is now. Then the boat has not gone there."""
-        reach_m = _WANDERS * math.hypot(self._wander.sigma, sigma_m)
-        return math.hypot(innovation.y1, innovation.y2) <= reach_m
+        return apart_m <= _WANDERS * math.hypot(self._wander.sigma, sigma_m)
 
     def velocity(
         self,
@@ -264,6 +326,8 @@ class InertialSolution:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
         innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
+        if self._settled:
+            self._slow_velocity.take(t_s, innovation)
         verdict = self._judge("velocity", t_s, self._velocity_gate, innovation, sigma_mps, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
@@ -283,7 +347,12 @@ class InertialSolution:
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
+        if rule is None and self._restarts("heading"):
+            self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
+            return Verdict.ACCEPT
         innovation = self.filter.heading_innovation(yaw_rad, sigma_rad * sigma_rad, lag_s)
+        if self._settled:
+            self._slow_heading.take(t_s, innovation)
         verdict = self._judge("heading", t_s, self._heading_gate, innovation, sigma_rad, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
@@ -310,8 +379,8 @@ class InertialSolution:
 
     def expect_wander(self, wander: Wander, another: bool) -> None:
         """The slow error of positions from now on. `another`: of another receiver."""
-        self._wander = wander
-        self.filter.expect_wander(wander, _COMMON if another else 1.0)
+        self._wander = self._slow_position.expected(wander, self.t_s)
+        self.filter.expect_wander(self._wander, _COMMON if another else 1.0)
 
     def add_heading_variance(self, variance_rad2: float) -> None:
         """As `Solution.add_heading_variance`."""
@@ -332,19 +401,19 @@ class InertialSolution:
         coast_s = min(max(now_s - t_s, 0.0), _LONGEST_COAST_S)
         vn, ve, vd = relative(velocity, swing)
         roll, pitch, yaw = euler_of(matrix)
-        sigmas = self.filter.sigmas()
+        sigma_m, sigma_mps, sigma_rad = self.filter.sigmas()
+        doubt_m, doubt_mps, doubt_rad = self.doubts
+        doubt_m2, covariance = doubt_m * doubt_m, self.filter.covariance
         return Motion(
             now_s,
             (position[0] - arm[0] + vn * coast_s, position[1] - arm[1] + ve * coast_s, position[2] - arm[2]),
             (vn, ve, vd),
             (roll, pitch, wrap_pi(yaw + rates[2] * coast_s)),
             self.rates,
-            *sigmas,
-            (
-                float(self.filter.covariance[0, 0]),
-                float(self.filter.covariance[0, 1]),
-                float(self.filter.covariance[1, 1]),
-            ),
+            math.hypot(sigma_m, doubt_m),
+            math.hypot(sigma_mps, doubt_mps),
+            math.hypot(sigma_rad, doubt_rad),
+            (float(covariance[0, 0]) + doubt_m2, float(covariance[0, 1]), float(covariance[1, 1]) + doubt_m2),
         )
 
     def _smooth(self, rates: Vector, dt_s: float) -> None:

@@ -16,6 +16,8 @@ _LEAST_S, _MOST_S = 0.04, 0.5  # a smaller one is left as it is; a larger one is
 _SURE_S = 0.05  # one sigma: one that is known no better is left as it is
 _SIGMAS = 5.0
 _AGREES, _AGREES_SIGMAS = 0.25, 3.0  # by which it may differ the second time
+_DOUBTED_S, _AGAIN_S = 10.0, 60.0  # a latency that was seen once is in doubt for so long, and not again before
+_SETTLES_S = 2.0  # after one has gone over
 _JOIN_SPS = 0.1  # s/s, with which it goes over to the readings: a boat at 3 m/s is moved by 0.3 m/s
 
 
@@ -45,11 +47,15 @@ class LatencyFound:
 
 @dataclass(slots=True)
 class _Receiver:
-    """`late_s`: what has gone over to its readings, `coming_s`: what is still to. `once`: what has been seen once."""
+    """`late_s`: what has gone over to its readings, `coming_s`: what is still to. `once`: what has been seen once,
+    `once_s`: when. `sigma_s`: of what was found. `settled_s`: when all had gone over, and the estimate with it."""
 
     late_s: float = 0.0
     coming_s: float = 0.0
     once: LatencyFound | None = None
+    once_s: float = -math.inf
+    sigma_s: float = 0.0
+    settled_s: float = -math.inf
 
 
 class ReceiverLatency:
@@ -66,6 +72,22 @@ class ReceiverLatency:
         """By how much the values of a receiver are later than its row says."""
         receiver = self._receivers.get(source)
         return 0.0 if receiver is None else receiver.late_s
+
+    def unsettled(self, source: str | None) -> bool:
+        """Whether the times of a receiver's values are in doubt, or change just now: what seems to lie may be late."""
+        receiver = self._receivers.get(source) if source is not None else None
+        if receiver is None:
+            return False
+        return self._t_s < receiver.settled_s or self._t_s - receiver.once_s < _DOUBTED_S
+
+    def unsure_s(self, source: str) -> float:
+        """One sigma of the times of a receiver that was found to be late, or seems to be."""
+        receiver = self._receivers.get(source)
+        if receiver is None:
+            return 0.0
+        seen = receiver.once
+        doubt_s = 0.0 if seen is None else abs(seen.late_s - receiver.late_s)
+        return max(doubt_s, abs(receiver.coming_s), receiver.sigma_s)
 
     def heading(self, inertial: InertialSolution, t_s: float, yaw_rad: float) -> None:
         """Take a heading of the receiver in use, whether it is used or not: one that lags seems to drift in a turn."""
@@ -86,9 +108,13 @@ class ReceiverLatency:
         self._turn.begin()
         if before is None or not found.agrees(before):
             receiver.once = found
+            if self._t_s - receiver.once_s >= _AGAIN_S:
+                receiver.once_s = self._t_s
             return None
         receiver.once, found = None, found.joined(before)
-        receiver.coming_s = found.late_s - receiver.late_s
+        receiver.coming_s, receiver.sigma_s = found.late_s - receiver.late_s, found.sigma_s
+        receiver.once_s = -math.inf
+        receiver.settled_s = self._t_s + abs(receiver.coming_s) / _JOIN_SPS + _SETTLES_S
         return found
 
     def _watch(self, inertial: InertialSolution, source: str) -> float:
@@ -117,4 +143,6 @@ class ReceiverLatency:
         receiver.late_s += step_s
         receiver.coming_s -= step_s
         inertial.filter.move_on(step_s)
+        if receiver.coming_s == 0.0:
+            inertial.restart()  # it holds what the turns before have made of values that were late
         self._turn.begin()

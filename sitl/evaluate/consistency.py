@@ -97,7 +97,7 @@ def sail(case: Case, conditions: Conditions, compose: Composer, look: Look, fold
     rig = compose(conditions, folder)
     try:
         gcs = GroundStation(rig)
-        _begin(gcs, case)
+        begin(gcs, case)
         gcs.sail(case.instants_s[0] - rig.now_s)
         innovations, samples = _Innovations(), [_sample(rig, look(rig))]
         for t_s in case.instants_s[1:]:
@@ -127,7 +127,8 @@ class _Innovations:
         return {sense: sum(values) / len(values) for sense, values in self._squares.items() if values}
 
 
-def _begin(gcs: GroundStation, case: Case) -> None:
+def begin(gcs: GroundStation, case: Case) -> None:
+    """Begin what is sailed."""
     gcs.ready()
     gcs.set_parameter("FS_POS_T", _PATIENCE_S)
     if not case.sails:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from companion.core.readings import Imu
@@ -22,14 +24,18 @@ def at_rest(wander_m: float) -> InertialSolution:
     return made
 
 
-def fixes(made: InertialSolution, north_m: float, from_s: float, seconds: float) -> list[Verdict]:
-    """Samples at 100 Hz, a fix and a velocity every tenth of a second."""
+def fixes(
+    made: InertialSolution, north_m: float, from_s: float, seconds: float, heading: bool = False
+) -> list[Verdict]:
+    """Samples at 100 Hz, a fix and a velocity every tenth of a second, and a heading."""
     verdicts = []
     for k in range(1, round(seconds * 100) + 1):
         t_s = from_s + k / 100
         made.sample(Imu(t_s, "imu", 0.0, 0.0, -G, 0.0, 0.0, 0.0))
         if k % 10 == 0:
             made.velocity(t_s, 0.0, 0.0, ZERO, 0.02)
+            if heading:
+                made.heading(t_s, 0.0, 0.005)
             verdicts.append(made.position(t_s, north_m, 0.0, ZERO, 0.02))
     return verdicts
 
@@ -62,3 +68,55 @@ def test_another_receiver_shares_a_part_of_the_slow_error() -> None:
     before = made.filter.wander[0]
     made.expect_wander(Wander(0.5, 300.0), another=True)
     assert made.filter.wander[0] == pytest.approx(0.7 * before)
+
+
+def settled(wander_m: float = 0.008) -> InertialSolution:
+    """At rest at its place for 30 s, so that its gyro's bias is known."""
+    made = at_rest(wander_m)
+    fixes(made, 0.0, 0.0, 30.0, heading=True)
+    return made
+
+
+def test_a_fixed_solution_that_jumps_does_not_move_the_boat_and_makes_it_unsure() -> None:
+    """By less than the gate rejects: ambiguities that are solved wrongly. Back again, all is as before."""
+    made = settled()
+    assert Verdict.REJECT not in fixes(made, 0.2, 30.0, 20.0)
+    motion = made.motion(50.0)
+    assert abs(motion.position[0]) < 0.06 and motion.position_sigma_m > 0.1
+    assert made.place(50.0).north_m == pytest.approx(0.2, abs=0.02)
+    fixes(made, 0.0, 50.0, 10.0)
+    motion = made.motion(60.0)
+    assert abs(motion.position[0]) < 0.02 and motion.position_sigma_m < 0.03
+
+
+def test_a_reset_by_decimetres_leaves_the_position_as_unsure() -> None:
+    """Whether it was wrong before or is now, nobody knows. Of one by many metres, it was the estimate."""
+    made = settled()
+    assert Verdict.RESET in fixes(made, 0.6, 30.0, 5.0)
+    motion = made.motion(35.0)
+    assert motion.position[0] == pytest.approx(0.6, abs=0.1) and 0.3 < motion.position_sigma_m < 0.5
+    assert Verdict.RESET in fixes(made, 30.0, 35.0, 5.0)
+    assert made.motion(40.0).position_sigma_m < 0.1
+
+
+def test_positions_that_wander_faster_than_is_said_make_the_boat_unsure() -> None:
+    """Multipath of a decimetre in a minute, of which velocities know nothing."""
+    made = settled()
+    off_m, t_s = 0.0, 30.0
+    for k in range(120):
+        off_m = 0.1 * math.sin(k / 10.0)
+        fixes(made, off_m, t_s, 0.5)
+        made.expect_wander(Wander(0.008, 300.0), another=False)
+        t_s += 0.5
+        motion = made.motion(t_s)
+        assert abs(motion.position[0]) < 3.0 * max(motion.position_sigma_m, 0.03), t_s
+    assert motion.position_sigma_m > 0.03
+
+
+def test_after_a_restart_the_next_measurements_count_alone() -> None:
+    made = settled()
+    made.restart()
+    assert fixes(made, 0.2, 30.0, 0.1) == [Verdict.ACCEPT]
+    made.heading(30.1, 0.3, 0.01)
+    motion = made.motion(30.1)
+    assert motion.position[0] == pytest.approx(0.2, abs=0.01) and motion.attitude[2] == pytest.approx(0.3, abs=0.01)

@@ -27,6 +27,7 @@ class Sailed:
     found: list[tuple[float, LatencyFound]] = field(default_factory=list)
     off_m: float = 0.0
     off_rad: float = 0.0
+    unsettled_s: list[float] = field(default_factory=list)
     latency: ReceiverLatency = field(default_factory=ReceiverLatency)
 
 
@@ -66,6 +67,8 @@ def sail(late_s: float, seed: int = 1, swing_rad: float = 0.6, turned_rad: float
         found = sailed.latency.update(solution, "gnss")
         if found is not None:
             sailed.found.append((float(t[k]), found))
+        if sailed.latency.unsettled("gnss"):
+            sailed.unsettled_s.append(float(t[k]))
         if t[k] > 90.0:
             motion = solution.motion(float(t[k]))
             off = motion.position[0] - position[k, 0], motion.position[1] - position[k, 1]
@@ -78,6 +81,7 @@ def sail(late_s: float, seed: int = 1, swing_rad: float = 0.6, turned_rad: float
 def test_of_a_receiver_that_is_as_its_row_says_nothing_is_found(turned_rad: float) -> None:
     sailed = sail(0.0, turned_rad=turned_rad)
     assert not sailed.found and sailed.latency.late_s("gnss") == 0.0
+    assert not sailed.unsettled_s and sailed.latency.unsure_s("gnss") == 0.0
 
 
 @pytest.mark.parametrize("late_s", [0.3, -0.15])
@@ -104,3 +108,13 @@ def test_it_has_to_come_to_the_same_twice() -> None:
     assert not LatencyFound("gnss", -0.3, 0.02).agrees(before)
     joined = LatencyFound("gnss", 0.25, 0.04).joined(before)
     assert joined.late_s == pytest.approx(0.29) and joined.sigma_s == pytest.approx(0.02 * math.sqrt(0.8))
+
+
+def test_its_times_are_in_doubt_from_when_it_is_seen_until_all_has_gone_over() -> None:
+    sailed = sail(0.3)
+    (t_s, found), *_ = sailed.found
+    assert sailed.unsettled_s[0] < t_s and sailed.unsettled_s[-1] == pytest.approx(
+        t_s + found.late_s / 0.1 + 2.0, abs=0.3
+    )
+    assert sailed.latency.unsure_s("gnss") == found.sigma_s < 0.05
+    assert not sailed.latency.unsettled(None) and sailed.latency.unsure_s("other") == 0.0
