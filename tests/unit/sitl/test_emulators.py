@@ -285,7 +285,7 @@ def test_status_and_introduction() -> None:
     bench.board.speak(bench.t_s)
     bench.board.speak(bench.t_s)
     ident, status, again = bench.heard()
-    assert ident == Ident((1, 0, 0), 3, "microcontroller")
+    assert ident == Ident((1, 1, 0), 3, "microcontroller")
     assert isinstance(status, BoardStatus) and isinstance(again, BoardStatus)
     assert status.sequence == 1 and not status.rc_present and not status.leak_wet
     assert [each.throttle for each in status.thrusters] == pytest.approx([0.5, 0.5, 0.5], abs=1e-4)
@@ -295,7 +295,7 @@ def test_status_and_introduction() -> None:
     bench.stream.write(encode(IdentRequest()), bench.t_s)
     bench.run(0.01)
     bench.board.speak(bench.t_s)
-    assert bench.heard()[0] == Ident((1, 0, 0), 3, "microcontroller")
+    assert bench.heard()[0] == Ident((1, 1, 0), 3, "microcontroller")
 
 
 @pytest.mark.parametrize("fault", ["mcu_silent", "mcu_deaf"])
