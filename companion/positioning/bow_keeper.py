@@ -31,9 +31,9 @@ _OUT_SHARE, _BACK_SHARE = 0.9, 0.5  # of the watch circle
 _CALM_OUT_SHARE, _CALM_BACK_SHARE = 0.5, 0.15  # the same without a drift that would swing the boat back
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its thrust
 _LEAST_LINE_M = 1.0
-# A boat that goes round its point so fast, and sideways through the water so fast, chases its own bow: it stops pushing
-# until one of both is that share of it.
-_ROUND_RADPS, _SIDEWAYS_MPS, _SETTLED_SHARE = 0.2, 0.3, 0.5
+# A boat that has long gone round its point so fast, and sideways through the water so fast, chases its own bow: it
+# stops pushing until one of both is that share of it.
+_ROUND_RADPS, _SIDEWAYS_MPS, _ROUND_S, _SETTLED_SHARE = 0.2, 0.3, 3.0, 0.5
 _AT_POINT_M = 0.5
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
@@ -61,8 +61,8 @@ class BowKeeper:
 
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
 
-    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, and whether
-    it lets itself be carried or stopped by the water.
+    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, how long it
+    has gone round the point, and whether it lets itself be carried or stopped by the water.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -77,6 +77,7 @@ class BowKeeper:
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
         self._returning = self._turning = self._coasting = self._sliding = False
+        self._round_s = 0.0
         self._arrived = False
         self._stop = Stop(_REST_MPS)
 
@@ -121,7 +122,7 @@ class BowKeeper:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
             return PathSetpoint(nav.yaw_rad if self._needs_flow else self._heading_rad, 0.0, progress=progress)
         self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
-        stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m)
+        stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m, dt_s)
         if stands:
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
@@ -139,15 +140,16 @@ class BowKeeper:
             surge_mps = max(surge_mps, self._carried_mps(nav))
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
 
-    def _slides(self, nav: NavState, north_m: float, east_m: float) -> bool:
-        """Whether the boat goes round its point by its own motion through the water."""
+    def _slides(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> bool:
+        """Whether the boat has long gone round its point by its own motion through the water."""
         distance_m = max(_AT_POINT_M, math.hypot(north_m, east_m))
         north_mps, east_mps = nav.north_mps - self._drift[0], nav.east_mps - self._drift[1]
         round_mps = abs(north_m * east_mps - east_m * north_mps) / distance_m
         sideways_mps = abs(east_mps * math.cos(nav.yaw_rad) - north_mps * math.sin(nav.yaw_rad))
         share = _SETTLED_SHARE if self._sliding else 1.0
         fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS
-        self._sliding = self._steers_alone and fast
+        self._round_s = self._round_s + dt_s if fast else 0.0
+        self._sliding = self._steers_alone and self._round_s >= _ROUND_S
         return self._sliding
 
     def _carried_mps(self, nav: NavState) -> float:

@@ -88,17 +88,22 @@ def test_a_lone_outboard_that_goes_round_its_point_stops_pushing_until_the_water
     keeper = BowKeeper(replace(OTTER, thrusters=(motor,)), parameters())
     keeper.start(at())
     keeper.hold(0.0, 0.0, 0.0, None)
-    pushes = [
-        isinstance(keeper.update(sliding(side * mps), None, 1.0, 0.1), PathSetpoint)
-        for mps in (0.1, 0.35, 0.6, 0.35, 0.1, 0.35)
-    ]
-    assert pushes == [True, True, False, False, True, True]
-    setpoint = keeper.update(sliding(side * 0.6), None, 1.0, 0.1)
-    assert isinstance(setpoint, WrenchSetpoint) and setpoint.wrench == ZERO_WRENCH
+
+    def pushes(mps: float) -> bool:
+        setpoint = keeper.update(sliding(side * mps), None, 1.0, 0.1)
+        assert isinstance(setpoint, PathSetpoint) or (
+            isinstance(setpoint, WrenchSetpoint) and setpoint.wrench == ZERO_WRENCH
+        )
+        return isinstance(setpoint, PathSetpoint)
+
+    assert all(pushes(mps) for mps in (0.1, *[0.35] * 50))
+    assert [pushes(0.6) for _ in range(40)].count(True) in (29, 30), "three seconds may be a turn"
+    assert [pushes(mps) for mps in (0.35, 0.1, 0.35, 0.6)] == [False, True, True, True]
 
 
 def test_a_boat_that_turns_on_the_spot_pushes_while_it_slides() -> None:
-    assert isinstance(held(at()).update(sliding(0.6), None, 1.0, 0.1), PathSetpoint)
+    keeper = held(at())
+    assert all(isinstance(keeper.update(sliding(0.6), None, 1.0, 0.1), PathSetpoint) for _ in range(60))
 
 
 def test_a_drift_is_no_slide() -> None:
@@ -108,7 +113,7 @@ def test_a_drift_is_no_slide() -> None:
     keeper.start(replace(sliding(0.6), current_north_mps=stream[0], current_east_mps=stream[1]))
     keeper.hold(0.0, 0.0, 0.0, None)
     carried = replace(sliding(0.6), current_north_mps=stream[0], current_east_mps=stream[1], current_accuracy_mps=0.02)
-    assert isinstance(keeper.update(carried, None, 1.0, 0.1), PathSetpoint)
+    assert all(isinstance(keeper.update(carried, None, 1.0, 0.1), PathSetpoint) for _ in range(60))
 
 
 def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_from_afar() -> None:
