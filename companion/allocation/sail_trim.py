@@ -30,7 +30,7 @@ _POLAR = (  # degrees off the wind, C_L, C_D
 )
 _ANGLES = tuple(math.radians(row[0]) for row in _POLAR)
 _STEP_RAD = math.radians(2.5)  # of the booms that are compared
-_STILL_MPS = 0.1
+STILL_MPS = 0.1  # of apparent wind: less drives nothing
 
 
 class SailForce(NamedTuple):
@@ -39,6 +39,16 @@ class SailForce(NamedTuple):
     drive_n: float
     leeward_n: float
     heel_rad: float
+
+
+def sail_force(sail: SailConfig, lift: float, drag: float, off_rad: float, wind_mps: float) -> SailForce:
+    """The force of a sail or a wing by its coefficients of lift and drag, in an apparent wind from `off_rad` (0…π) off
+    the bow, and the heel at which the boat stands up to it."""
+    pressure = 0.5 * AIR_KGPM3 * sail.area_m2 * sail.force_scale * wind_mps * wind_mps
+    s, c = math.sin(off_rad), math.cos(off_rad)
+    drive_n, upright_n = pressure * (lift * s - drag * c), pressure * (lift * c + drag * s)
+    heel_rad = math.atan2(sail.height_m * upright_n, sail.righting_nm)
+    return SailForce(drive_n, upright_n * math.cos(heel_rad), heel_rad)
 
 
 class SailTrim:
@@ -62,21 +72,15 @@ class SailTrim:
     def force(self, boom_rad: float, off_rad: float, wind_mps: float) -> SailForce:
         """The force of the sail with a sheet that lets the boom out to `boom_rad`, in an apparent wind from `off_rad`
         (0…π) off the bow."""
-        sail = self._sail
-        boom = min(boom_rad, off_rad)
-        lift, drag = _coefficients(off_rad - boom)
-        pressure = 0.5 * AIR_KGPM3 * sail.area_m2 * sail.force_scale * wind_mps * wind_mps
-        s, c = math.sin(off_rad), math.cos(off_rad)
-        drive_n, upright_n = pressure * (lift * s - drag * c), pressure * (lift * c + drag * s)
-        heel_rad = math.atan2(sail.height_m * upright_n, sail.righting_nm)
-        return SailForce(drive_n, upright_n * math.cos(heel_rad), heel_rad)
+        lift, drag = _coefficients(off_rad - min(boom_rad, off_rad))
+        return sail_force(self._sail, lift, drag, off_rad, wind_mps)
 
     def best(self, wanted_n: float, off_rad: float, wind_mps: float, heel_max_rad: float) -> float:
         """The boom with the most drive up to `wanted_n` that heels the boat by at most `heel_max_rad`. To give less, or
         to heel less, the sheet is eased, never hauled in further."""
         sail = self._sail
         widest = min(sail.boom_max_rad, max(off_rad, sail.boom_min_rad))
-        if wanted_n <= 0.0 or wind_mps < _STILL_MPS:
+        if wanted_n <= 0.0 or wind_mps < STILL_MPS:
             return sail.boom_max_rad
         steps = max(1, round((widest - sail.boom_min_rad) / _STEP_RAD))
         booms = [sail.boom_min_rad + (widest - sail.boom_min_rad) * k / steps for k in range(steps + 1)]

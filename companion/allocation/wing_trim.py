@@ -10,14 +10,12 @@ from __future__ import annotations
 
 import math
 
-from companion.allocation.sail_trim import SailForce
-from companion.config.hull import AIR_KGPM3
+from companion.allocation.sail_trim import STILL_MPS, SailForce, sail_force
 from companion.config.sail import SailConfig
 
 _FLAT_DRAG = 0.03  # of wing, mast and tail
 _SPAN_EFFICIENCY = 0.9
 _STEP_RAD = math.radians(0.5)  # of the angles that are compared
-_STILL_MPS = 0.1
 
 
 class WingTrim:
@@ -41,19 +39,13 @@ class WingTrim:
 
     def force(self, setting_rad: float, off_rad: float, wind_mps: float) -> SailForce:
         """The force of the wing at that angle, in an apparent wind from `off_rad` (0…π) off the bow."""
-        sail = self._sail
         lift = self._slope * setting_rad
-        drag = _FLAT_DRAG + lift * lift / self._room
-        pressure = 0.5 * AIR_KGPM3 * sail.area_m2 * sail.force_scale * wind_mps * wind_mps
-        s, c = math.sin(off_rad), math.cos(off_rad)
-        drive_n, upright_n = pressure * (lift * s - drag * c), pressure * (lift * c + drag * s)
-        heel_rad = math.atan2(sail.height_m * upright_n, sail.righting_nm)
-        return SailForce(drive_n, upright_n * math.cos(heel_rad), heel_rad)
+        return sail_force(self._sail, lift, _FLAT_DRAG + lift * lift / self._room, off_rad, wind_mps)
 
     def best(self, wanted_n: float, off_rad: float, wind_mps: float, heel_max_rad: float) -> float:
         """The angle with the most drive up to `wanted_n` that heels the boat by at most `heel_max_rad` to either
         side."""
-        if wanted_n <= 0.0 or wind_mps < _STILL_MPS:
+        if wanted_n <= 0.0 or wind_mps < STILL_MPS:
             return 0.0
         steps = round(self._most_rad / _STEP_RAD)
         angles = [self._most_rad * k / steps for k in range(steps + 1)]
