@@ -62,7 +62,7 @@ class BowKeeper:
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
 
     Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, how long it
-    has gone round the point, and whether it lets itself be carried or stopped by the water.
+    has gone round the point, and whether it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -76,7 +76,7 @@ class BowKeeper:
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
-        self._returning = self._turning = self._coasting = self._sliding = False
+        self._returning = self._turning = self._coasting = False
         self._round_s = 0.0
         self._arrived = False
         self._stop = Stop(_REST_MPS)
@@ -101,7 +101,8 @@ class BowKeeper:
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
-        self._returning = self._turning = self._coasting = self._sliding = self._arrived = False
+        self._returning = self._turning = self._coasting = self._arrived = False
+        self._round_s = 0.0
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
@@ -146,11 +147,10 @@ class BowKeeper:
         north_mps, east_mps = nav.north_mps - self._drift[0], nav.east_mps - self._drift[1]
         round_mps = abs(north_m * east_mps - east_m * north_mps) / distance_m
         sideways_mps = abs(east_mps * math.cos(nav.yaw_rad) - north_mps * math.sin(nav.yaw_rad))
-        share = _SETTLED_SHARE if self._sliding else 1.0
+        share = _SETTLED_SHARE if self._round_s >= _ROUND_S else 1.0
         fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS
         self._round_s = self._round_s + dt_s if fast else 0.0
-        self._sliding = self._steers_alone and self._round_s >= _ROUND_S
-        return self._sliding
+        return self._steers_alone and self._round_s >= _ROUND_S
 
     def _carried_mps(self, nav: NavState) -> float:
         """Speed at which the drift carries the boat ahead; 0 where it carries it astern. A boat that brakes against it
