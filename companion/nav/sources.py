@@ -67,8 +67,7 @@ class SourceSelector:
         if not good:
             self._last_s.pop(source, None)
             return False
-        last_s = self._last_s.get(source)
-        if last_s is None or not t_s - last_s <= self._timeouts_s[source] or grade > self._grades[source]:
+        if not self._alive(source, t_s) or grade > self._grades[source]:
             self._since_s[source] = t_s
         self._last_s[source], self._grades[source] = t_s, grade
         if source != self._current and self._better(source, t_s):

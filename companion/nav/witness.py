@@ -43,8 +43,7 @@ class Witness:
 
     def trusts(self, sense: Sense, source: str) -> bool:
         """Whether that sense of that source is used."""
-        untrusted = self.monitor.untrusted
-        return not untrusted or (sense, source) not in untrusted
+        return self.monitor.trusts(sense, source)
 
     def raw(self, imu: Imu) -> None:
         """Note a sample as the sensor gave it, before calibration and in its own axes."""
