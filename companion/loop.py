@@ -300,7 +300,7 @@ class Vessel:
         """The thruster demands for a setpoint and its wrench, or of a motor test. Keeps the achieved wrench for the
         integrators."""
         allocator = self._blocks.allocator
-        allocator.feel(self.supervisor.sailing_wind, nav)
+        allocator.feel(self.supervisor.rig, nav)
         if (test := self.supervisor.motor_test.update(nav.t_s, self.period_s)) is not None:
             allocation = replace(allocator.direct(test), achieved=ZERO_WRENCH)
         elif not status.armed or isinstance(setpoint, NeutralSetpoint):

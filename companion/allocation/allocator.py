@@ -13,7 +13,7 @@ from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
@@ -64,7 +64,7 @@ class _AllocatorBase:
         if 0 <= index < len(self._thrusters):
             self._thrusters[index].azimuth_rate_radps = rate_radps
 
-    def feel(self, air: Air | None, nav: NavState) -> None:
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
         """Take the wind over ground and the boat's motion. They have no effect on these thrusters."""
 
     def neutral(self) -> Allocation:

@@ -13,7 +13,7 @@ from companion.allocation.jet_curve import JetCurve
 from companion.allocation.steered import SteeredAllocator
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
@@ -33,7 +33,7 @@ class JetAllocator(SteeredAllocator):
         self._curve = JetCurve(self._thruster)
         self._throttle = 0.0
 
-    def feel(self, air: Air | None, nav: NavState) -> None:
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
         """No effect."""
 
     def neutral(self) -> Allocation:
@@ -78,4 +78,4 @@ class JetAllocator(SteeredAllocator):
         thrust_n = self._curve.thrust_n(self._throttle, surge_mps)
         x, y = thrust_n * math.cos(self._angle_rad), thrust_n * math.sin(self._angle_rad)
         command = ThrusterCommand(thrust_n, self._throttle, self._angle_rad)
-        return self._given(demanded, command, Wrench(x, y, self._thruster.x_m * y))
+        return self._given(demanded, (command,), Wrench(x, y, self._thruster.x_m * y))

@@ -13,7 +13,7 @@ from companion.allocation.steered import SteeredAllocator
 from companion.allocation.thrust_curve import ThrustCurve
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _WORTH_SHARE = 0.08  # of the moment at rest with the thrust for steering: a smaller one is not worth thrust of its own
@@ -33,7 +33,7 @@ class RudderAllocator(SteeredAllocator):
         self._thrust_n = 0.0
         self._brakes = False
 
-    def feel(self, air: Air | None, nav: NavState) -> None:
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
         """No effect."""
 
     def neutral(self) -> Allocation:
@@ -74,4 +74,4 @@ class RudderAllocator(SteeredAllocator):
         thrust_n = self._curve.force_n(throttle)
         x, y = self._blade.force_n(thrust_n, self._angle_rad, surge_mps)
         command = ThrusterCommand(thrust_n, throttle, self._angle_rad)
-        return self._given(demanded, command, Wrench(x, y, self._blade.lever_m * y))
+        return self._given(demanded, (command,), Wrench(x, y, self._blade.lever_m * y))

@@ -1,22 +1,24 @@
-"""Allocation of a sailing rig: drive and yaw moment → sheet, or angle of the wing, and rudder angle.
+"""Allocation of a sailing rig: drive and yaw moment → sheet, or angle of the wing, rudder angle, and motors beside it.
 
 The sheet gives the drive that is wanted, at most what the wind has (`SailTrim`, of a wing `WingTrim`); the rudder gives
 the moment. That of the sail is left to the yaw loop: keel and hull as fins balance most of it, and none of both is
-known well. In a turn the stern swings out, and the flow with it: the rudder's angle counts from there. A boat that
-gathers sternway has its rudder put over the other way.
+known well. Motors, where they are used, give the drive that the sail does not. In a turn the stern swings out, and the
+flow with it: the rudder's angle counts from there. A boat that gathers sternway has its rudder put over the other way.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from companion.allocation.rudder_curve import RudderCurve
+from companion.allocation.sail_motors import SailMotors
 from companion.allocation.sail_trim import SailForce, SailTrim
 from companion.allocation.steered import SteeredAllocator
 from companion.allocation.wing_trim import WingTrim
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _IDLE_RAD = math.radians(2.0)  # the winch does not follow smaller changes of the boom
@@ -30,8 +32,8 @@ _WHOLE_SHEET_S = 2.0  # from free to hauled in
 class SailAllocator(SteeredAllocator):
     """Wrench → Allocation. `feel` gives the wind first. Throttle: the sheet, 0 free to 1 hauled in; of a wing −1 to 1.
 
-    Remembers the sheet, the apparent wind, the drift at the rudder, and the rudder as every boat that steers with one
-    force.
+    Remembers the sheet, the apparent wind, the drift at the rudder, the motors, and the rudder as every boat that
+    steers with one force.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -46,9 +48,20 @@ class SailAllocator(SteeredAllocator):
         self._sheet = 0.0
         self._off_rad, self._side, self._wind_mps = math.pi, 1.0, 0.0
         self._drift_rad = 0.0
+        self._motors = SailMotors(config.thrusters[1:])
+        self._sails, self._drives = True, False
 
-    def feel(self, air: Air | None, nav: NavState) -> None:
-        """The wind over ground (None: as before), and the boat's motion."""
+    def set_failed(self, index: int, failed: bool) -> None:
+        """Mark the rig (index 0) or a motor as failed or not. A failed one gives no thrust; the rudder still turns."""
+        super().set_failed(index, failed)
+        if index > 0:
+            self._motors.set_failed(index - 1, failed)
+
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
+        """What drives the boat (a wind that is None: as before), and its motion."""
+        if rig is not None:
+            self._sails, self._drives = rig.sails, rig.motors
+        air = None if rig is None else rig.air
         across_mps = nav.sway_mps + self._blade.lever_m * nav.yaw_rate_radps
         has_way = nav.surge_mps > _LEAST_WAY_MPS
         self._drift_rad = _STRAIGHTENED * math.atan2(across_mps, nav.surge_mps) if has_way else 0.0
@@ -61,9 +74,17 @@ class SailAllocator(SteeredAllocator):
         self._off_rad = abs(math.atan2(across, -ahead))
         self._side = 1.0 if across > 0.0 else -1.0  # leeward: to starboard
 
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """As `SteeredAllocator.direct`, and the motors."""
+        self._motors.direct(thrusters[1:], self._period_s if dt_s is None else dt_s)
+        return super().direct(thrusters, dt_s, surge_mps)
+
     def neutral(self) -> Allocation:
-        """The sheet free or the wing in the wind, the rudder amidships."""
+        """The sheet free or the wing in the wind, the rudder amidships, the motors off."""
         self._sheet = 0.0
+        self._motors.stop()
         self._steer(0.0, self._period_s)
         return self._result(None, 0.0)
 
@@ -73,9 +94,11 @@ class SailAllocator(SteeredAllocator):
 
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         heel_max_rad = math.radians(self._parameters["SAIL_HEEL_MAX"])
-        best_rad = self._trim.best(wrench.surge_n, self._off_rad, self._wind_mps, heel_max_rad)
+        wanted_n = wrench.surge_n if self._sails else 0.0
+        best_rad = self._trim.best(wanted_n, self._off_rad, self._wind_mps, heel_max_rad)
         if abs(best_rad - self._trim.setting_rad(self._sheet, self._side)) > self._idle_rad:
             self._haul(self._trim.throttle(best_rad, self._side), dt_s)
+        self._motors.push(wrench.surge_n - self._force().drive_n if self._drives else 0.0, dt_s)
         side_n = wrench.yaw_nm / self._blade.lever_m
         astern = surge_mps < -_STERNWAY_MPS
         angle_rad = self._blade.angle_rad(-side_n if astern else side_n, 0.0, abs(surge_mps))
@@ -96,5 +119,6 @@ class SailAllocator(SteeredAllocator):
         x_n, y_n = self._blade.force_n(0.0, self._angle_rad - self._drift_rad, surge_mps)
         thrust_n = self._thruster.ahead_n * self._sheet * abs(self._sheet)
         command = ThrusterCommand(thrust_n, self._sheet, self._angle_rad)
-        side_n = self._side * given.leeward_n + y_n
-        return self._given(demanded, command, Wrench(given.drive_n + x_n, side_n, self._blade.lever_m * y_n))
+        drive_n, side_n = given.drive_n + self._motors.thrust_n + x_n, self._side * given.leeward_n + y_n
+        commands = (command, *self._motors.commands())
+        return self._given(demanded, commands, Wrench(drive_n, side_n, self._blade.lever_m * y_n))

@@ -1,6 +1,6 @@
-"""What the allocations of a single thruster that steers share: a water jet, and a propeller with a rudder.
+"""What the allocations of a thruster that steers alone share: a water jet, a propeller with a rudder, and a sail.
 
-Both give surge and yaw by one force and one angle, within the angle's stops and its rate, and no sway of their own.
+They give surge and yaw by one force and one angle, within the angle's stops and its rate, and no sway of their own.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
@@ -21,7 +21,7 @@ class SteeredAllocator(ABC):
     """Wrench → Allocation. Remembers the angle, and whether the thruster has failed."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
-        (thruster,) = config.thrusters
+        thruster = config.thrusters[0]
         self._thruster = thruster
         self._parameters = parameters
         self._low_rad, self._high_rad = thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0
@@ -42,8 +42,8 @@ class SteeredAllocator(ABC):
             self._rate_radps = rate_radps
 
     @abstractmethod
-    def feel(self, air: Air | None, nav: NavState) -> None:
-        """Take the wind over ground (None: as before) and the boat's motion."""
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
+        """Take what drives a boat with a sail (None: it has none) and the boat's motion."""
 
     def direct(
         self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
@@ -87,13 +87,13 @@ class SteeredAllocator(ABC):
         held = min(self._high_rad, max(self._low_rad, math.remainder(angle_rad, math.tau)))
         self._angle_rad = min(self._angle_rad + reach, max(self._angle_rad - reach, held))
 
-    def _given(self, demanded: Wrench | None, command: ThrusterCommand, achieved: Wrench) -> Allocation:
+    def _given(self, demanded: Wrench | None, commands: tuple[ThrusterCommand, ...], achieved: Wrench) -> Allocation:
         """The allocation, with the axes that fall short of what is demanded."""
         if demanded is None:
-            return Allocation((command,), achieved, (False, False, False))
+            return Allocation(commands, achieved, (False, False, False))
         limited = (
             abs(demanded.surge_n - achieved.surge_n) > _LIMITED_SHARE * self._limits.surge_n,
             False,
             abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * self._limits.yaw_nm,
         )
-        return Allocation((command,), achieved, limited)
+        return Allocation(commands, achieved, limited)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from companion.config.devices import ThrusterConfig
@@ -24,12 +25,26 @@ def sail_problems(config: VesselConfig) -> list[Problem]:
                 problems.append((("thruster", i, "sail"), text))
             continue
         problems += [(("thruster", i, *key), text) for key, text in _of_rig(thruster)]
-        if len(config.thrusters) > 1:
-            text = "a sail must be the only thruster: there is no allocation over it and others"
+        if i > 0:
+            text = "a sail must be the first thruster; motors beside it follow"
             problems.append((("thruster", i, "kind"), text))
+        problems += [(("thruster", k, *key), text) for k, key, text in _of_motors(config.thrusters, i)]
         if config.limits.sway_n > 0.0:
             problems.append((("limits", "sway_n"), "a sail cannot push a boat sideways as wished: should be 0"))
     return problems
+
+
+def _of_motors(thrusters: tuple[ThrusterConfig, ...], rig: int) -> Iterator[tuple[int, tuple[str, ...], str]]:
+    """Faults of the motors beside a sail."""
+    for k, motor in enumerate(thrusters):
+        if k == rig or motor.kind == "sail":
+            continue
+        if motor.kind != "fixed":
+            yield k, ("kind",), "a motor beside a sail should be 'fixed': the boat steers with its rudder"
+        elif motor.azimuth_rad != 0.0:
+            yield k, ("azimuth_deg",), "a motor beside a sail pushes ahead: should be 0"
+        elif motor.y_m != 0.0:
+            yield k, ("y_m",), "a motor beside a sail is on the middle line: should be 0"
 
 
 def _of_rig(thruster: ThrusterConfig) -> list[tuple[tuple[str, ...], str]]:

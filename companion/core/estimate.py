@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
@@ -156,6 +157,15 @@ def usable(nav: NavState) -> NavState:
 
 Air = tuple[float, float]
 """Velocity of the air over ground: north and east, in m/s."""
+
+
+class Rig(NamedTuple):
+    """What drives a boat with a sail: the last wind over ground (None: none known), whether the sail is used, and the
+    motors beside it."""
+
+    air: Air | None
+    sails: bool = True
+    motors: bool = False
 
 
 def air_over_ground(nav: NavState) -> Air | None:

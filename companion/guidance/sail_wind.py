@@ -35,6 +35,16 @@ class SailWind:
         return self.air is not None and not self._given_up
 
     @property
+    def failed(self) -> bool:
+        """Whether the wind vane has failed for longer than the boat sails by the last wind."""
+        return self._given_up
+
+    @property
+    def light(self) -> bool:
+        """Whether there has been too little of it for a while."""
+        return self._light
+
+    @property
     def from_rad(self) -> float:
         """Direction that the slow wind comes from; 0 where none is known."""
         return math.atan2(-self._slow[1], -self._slow[0])

@@ -2,21 +2,30 @@
 
 A course inside the no-go zone is sailed close-hauled on one tack and the other, inside a corridor either side of the
 line between waypoints; the boat tacks for the waypoint where the other tack leads there, at the edge of the corridor,
-before the fence, and as asked.
+before the fence, and as asked. With the motors beside the sail the boat goes straight to where it is to go.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.decision import TextKind
-from companion.core.estimate import Air, NavState
+from companion.core.estimate import NavState, Rig
 from companion.core.events import Announce
-from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PathSetpoint, PoseSetpoint, Setpoint
+from companion.core.setpoint import (
+    HeadingSetpoint,
+    NeutralSetpoint,
+    PathSetpoint,
+    PoseSetpoint,
+    Setpoint,
+    ThrusterSetpoint,
+)
+from companion.guidance.sail_motor import SailMotor
 from companion.guidance.sail_turn import SailTurn
 from companion.guidance.sail_way import SailWay, through_water
 from companion.guidance.sail_wind import SailWind
@@ -60,6 +69,7 @@ class Sailor:
         self._config, self._parameters = config, parameters
         self._say, self._is_open = say, is_open
         self._wind = SailWind(parameters, say)
+        self._motor = SailMotor(config, parameters, say)
         self._turn = SailTurn(parameters, self._wind, say)
         self._way = SailWay()
         self._tack = _STARBOARD
@@ -68,9 +78,14 @@ class Sailor:
         self._crab_rad = self._helm_rad = 0.0
 
     @property
-    def air(self) -> Air | None:
-        """The last wind over ground, to trim the sail by."""
-        return self._wind.air
+    def rig(self) -> Rig:
+        """The last wind over ground, to trim the sail by, and whether sail and motors are used."""
+        return Rig(self._wind.air, not self._motor.alone, self._motor.drives)
+
+    @property
+    def has_motor(self) -> bool:
+        """Whether there is a motor beside the sail."""
+        return self._motor.exists
 
     @property
     def beats(self) -> bool:
@@ -83,15 +98,21 @@ class Sailor:
         return self._beats
 
     def steer(self, setpoint: Setpoint, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
-        """The setpoint that can be sailed. Wrenches and thruster demands stay as they are."""
+        """The setpoint that can be sailed. Wrenches stay as they are. Of thruster demands those of the sheet, or of
+        motors, become 0 while they are not used."""
         self._wind.update(nav, now_s, dt_s)
+        self._motor.update(self._wind, now_s)
         if isinstance(setpoint, PoseSetpoint):
             bearing_rad = math.atan2(setpoint.east_m - nav.east_m, setpoint.north_m - nav.north_m)
             setpoint = PathSetpoint(bearing_rad, setpoint.surge_mps, progress=setpoint.progress)
-        if not isinstance(setpoint, PathSetpoint):
+        if not isinstance(setpoint, PathSetpoint) or self._motor.drives:
             self._beats = self._asked = False
             self._turn.reset()
             self._way.reset()
+            if isinstance(setpoint, PathSetpoint):
+                return self._by_motor(setpoint, nav, dt_s)
+            if isinstance(setpoint, ThrusterSetpoint):
+                return self._by_hand(setpoint)
             return self._held(setpoint, nav, dt_s) if isinstance(setpoint, HeadingSetpoint) else setpoint
         if not self._wind.known:
             return NeutralSetpoint(setpoint.progress)
@@ -105,6 +126,25 @@ class Sailor:
         drive_n = self._config.limits.surge_n if gathers else self._drive_n(setpoint.surge_mps, nav)
         wrench = ZERO_WRENCH if self._turn.luffs(nav) else Wrench(drive_n, 0.0, 0.0)
         return HeadingSetpoint(yaw_rad, wrench, progress=setpoint.progress)
+
+    def _by_motor(self, setpoint: PathSetpoint, nav: NavState, dt_s: float) -> HeadingSetpoint:
+        """Straight to the goal, whatever the wind."""
+        self._learn_crab(nav, dt_s)
+        yaw_rad = self._with_helm(wrap_pi(self._towards(setpoint, nav) - self._crab_rad), nav, dt_s)
+        return HeadingSetpoint(
+            yaw_rad, Wrench(self._drive_n(setpoint.surge_mps, nav), 0.0, 0.0), progress=setpoint.progress
+        )
+
+    def _by_hand(self, setpoint: ThrusterSetpoint) -> ThrusterSetpoint:
+        """The sticks' demands, without those of motors or sheet that are not used now."""
+        if not setpoint.thrusters:
+            return setpoint
+        sheet, *motors = setpoint.thrusters
+        if self._motor.alone:
+            sheet = replace(sheet, force_n=0.0, throttle=0.0)
+        if not self._motor.drives:
+            motors = [replace(motor, force_n=0.0, throttle=0.0) for motor in motors]
+        return replace(setpoint, thrusters=(sheet, *motors))
 
     def _with_helm(self, yaw_rad: float, nav: NavState, dt_s: float) -> float:
         """The heading with what the boat steers off by its weather helm. That changes its side with the tack, so it is
@@ -122,7 +162,7 @@ class Sailor:
 
     def _held(self, setpoint: HeadingSetpoint, nav: NavState, dt_s: float) -> HeadingSetpoint:
         """A heading of the sticks, no closer to the wind than the boat sails."""
-        if not self._wind.known or setpoint.wrench.surge_n <= 0.0:
+        if not self._wind.known or self._motor.drives or setpoint.wrench.surge_n <= 0.0:
             return setpoint
         yaw_rad, rate_radps = setpoint.yaw_rad, setpoint.yaw_rate_radps
         off_rad = wrap_pi(yaw_rad - self._wind.from_rad)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from companion.params.spec import real
+from companion.params.spec import choice, real
+
+NO_MOTOR, WITHOUT_WIND, BY_MOTOR_ALONE = 0, 1, 2  # of SAIL_MOTOR
+
+_USES = {NO_MOTOR: "Never", WITHOUT_WIND: "Without wind", BY_MOTOR_ALONE: "Always, sheet free"}
 
 ROWS = (
     real("SAIL_NO_GO_ANGLE", 45.0, 25.0, 80.0, "deg", "Sailing", "Closest to the true wind that the boat sails"),
@@ -27,4 +31,5 @@ ROWS = (
         "How long the boat sails by the last wind after the wind vane has failed; then the sheet is free",
     ),
     real("SAIL_TACK_T", 12.0, 3.0, 120.0, "s", "Sailing", "Time for a tack; a boat that needs longer wears round"),
+    choice("SAIL_MOTOR", WITHOUT_WIND, _USES, "Sailing", "When the motors beside the sail push"),
 )

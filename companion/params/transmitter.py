@@ -74,6 +74,7 @@ class AuxFunction(IntEnum):
     RELAY_5 = 66, "Relay 4 (ArduPilot's Relay 5)"
     RELAY_6 = 67, "Relay 5 (ArduPilot's Relay 6)"
     CIRCLE = 72, "Circle"
+    SAILBOAT_MOTOR = 74, "Motor beside the sail"
     DISARM = 81, "Disarm"
     ARM_DISARM = 153, "Arm or disarm"
 

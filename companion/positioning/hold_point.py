@@ -235,7 +235,7 @@ class HoldPoint:
             keeper = PoseKeeper(parameters, fence)
             return keeper, keeper
         if config.has_sail:
-            sailing = SailKeeper(parameters)
+            sailing = SailKeeper(config, parameters)
             return sailing, sailing
         drifting = DriftKeeper(config, parameters)
         return (BowKeeper(config, parameters) if can_reverse(config.thrusters) else drifting), drifting

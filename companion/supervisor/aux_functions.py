@@ -6,6 +6,7 @@ from __future__ import annotations
 from companion.core.decision import Outcome, TextKind
 from companion.mission.plan import Plans
 from companion.mission.tasks import SetRelay, TakePicture
+from companion.params.sailing import BY_MOTOR_ALONE, WITHOUT_WIND
 from companion.params.transmitter import RELAYS, AuxFunction
 from companion.supervisor.authority import RequestedAction
 from companion.supervisor.cruise_learning import CruiseLearning
@@ -41,6 +42,8 @@ class AuxFunctions:
             self._requests.switch_fence(on, now_s)
         elif function is AuxFunction.LEARN_CRUISE:
             self._learning.switched(on, parts.nav, now_s)
+        elif function is AuxFunction.SAILBOAT_MOTOR:
+            self._motor(on, now_s)
         elif function in RELAYS:
             parts.auxiliary.request(SetRelay(RELAYS[function], on), now_s)
         elif on:
@@ -62,6 +65,14 @@ class AuxFunctions:
         sailor = self._parts.sailor
         if sailor is None or not sailor.ask_tack():
             self._parts.events.say(now_s, TextKind.REFUSAL, "tack_refused", "No tack: the boat does not beat")
+
+    def _motor(self, on: bool, now_s: float) -> None:
+        """The motor alone while the switch is on, else where there is no wind."""
+        parts = self._parts
+        if parts.sailor is None or not parts.sailor.has_motor:
+            parts.events.say(now_s, TextKind.REFUSAL, "motor_refused", "No motor beside the sail")
+        elif (refused := parts.parameters.set("SAIL_MOTOR", BY_MOTOR_ALONE if on else WITHOUT_WIND)) is not None:
+            parts.events.say(now_s, TextKind.REFUSAL, "motor_refused", f"SAIL_MOTOR: {refused.name}")
 
     def _mission(self, function: AuxFunction, now_s: float) -> Outcome:
         parts = self._parts

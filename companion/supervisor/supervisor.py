@@ -9,7 +9,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import Auxiliary, Wrench
 from companion.core.arming import ArmingReport
 from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Status, TextKind
-from companion.core.estimate import Air, NavState, usable
+from companion.core.estimate import NavState, Rig, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget, GnssFix, LeaderState, ManualInput, RcInput, RelativeFix
@@ -271,9 +271,9 @@ class Supervisor(Requests):
         return helm.stopped and not (parts.following.awaits and estimate_refusal(helm.mode, parts.nav) is None)
 
     @property
-    def sailing_wind(self) -> Air | None:
-        """The wind over ground by which a boat with a sail trims it; None where none is known."""
-        return None if self.parts.sailor is None else self.parts.sailor.air
+    def rig(self) -> Rig | None:
+        """What drives a boat with a sail; None for another boat."""
+        return None if self.parts.sailor is None else self.parts.sailor.rig
 
     def outputs(self, now_s: float, dt_s: float) -> Auxiliary:
         """Servos and relays now, after the pictures that are due."""

@@ -9,7 +9,7 @@ import pytest
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import ScenarioError, ScenarioResult, run
-from tests.unit.config.test_sail import wing
+from tests.unit.config.test_sail import wing, with_motor
 
 
 def sailed(folder: Path, seed: int, *faults: str, vessel: str = "sailbot", **changes: str) -> ScenarioResult:
@@ -61,3 +61,14 @@ def test_it_sails_on_by_the_last_wind_while_the_vane_is_lost(tmp_path: Path) -> 
 def test_a_boat_without_a_sail_is_told_so(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="it needs a sail"):
         sailed(tmp_path, 1, vessel="revolt")
+
+
+def test_without_wind_a_boat_with_a_motor_goes_round_and_holds_by_it(tmp_path: Path) -> None:
+    boat = tmp_path / "motorsailer.toml"
+    boat.write_text(with_motor(), encoding="utf-8")
+    outcome = sailed(tmp_path / "log", 211, vessel=str(boat), leg="40", hold="90", wind="0.3", current="0.1")
+    assert outcome.error is None, bad(outcome)
+    assert outcome.metrics["worst_miss_m"] < 6.0, "as near as under sail"
+    assert outcome.metrics["hold_off_max_m"] < 15.0, "its watch circle"
+    assert all(margin.value >= 0.0 for margin in outcome.margins), bad(outcome)
+    assert "By motor: no wind" in (tmp_path / "log" / "events.csv").read_text(encoding="utf-8")

@@ -9,10 +9,12 @@ import pytest
 
 from companion.allocation.sail import SailAllocator
 from companion.allocation.sail_trim import SailTrim
-from companion.config.vessel import find, load
-from companion.core.actuation import ThrusterCommand, Wrench
+from companion.config.vessel import find, load, parse
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import Rig
 from companion.params.store import Parameters
 from companion.params.table import table_of
+from tests.unit.config.test_sail import with_motor
 from tests.unit.estimates import AT_REST
 
 BOAT = load(find("sailbot"))
@@ -30,7 +32,7 @@ def allocator() -> SailAllocator:
 
 def served(wrench: Wrench, air: tuple[float, float] | None, surge_mps: float = 1.0, ticks: int = 40) -> SailAllocator:
     found = allocator()
-    found.feel(air, UNDER_WAY)
+    found.feel(Rig(air), UNDER_WAY)
     for _ in range(ticks):
         found.update(wrench, 0.1, surge_mps)
     return found
@@ -99,7 +101,7 @@ def test_with_sternway_the_rudder_is_put_over_the_other_way() -> None:
 def test_in_a_turn_the_rudder_s_angle_counts_from_the_flow_at_the_stern() -> None:
     """Turning to starboard the stern swings to port: for no moment the blade lies in that flow."""
     found = allocator()
-    found.feel(FROM_STARBOARD, replace(UNDER_WAY, yaw_rate_radps=0.5))
+    found.feel(Rig(FROM_STARBOARD), replace(UNDER_WAY, yaw_rate_radps=0.5))
     for _ in range(10):
         allocation = found.update(Wrench(0.0, 0.0, 0.0), 0.1, 1.0)
     assert allocation.thrusters[0].azimuth_rad == pytest.approx(0.7 * math.atan2(-0.653 * 0.5, 1.0), abs=0.02)
@@ -116,5 +118,52 @@ def test_sticks_haul_the_sheet_at_the_rate_of_the_winch() -> None:
 def test_without_a_new_wind_it_trims_by_the_last() -> None:
     found = served(Wrench(8.0, 0.0, 0.0), FROM_STARBOARD)
     before = found.update(Wrench(8.0, 0.0, 0.0), 0.1, 1.0).thrusters[0].throttle
-    found.feel(None, UNDER_WAY)
+    found.feel(Rig(None), UNDER_WAY)
     assert found.update(Wrench(8.0, 0.0, 0.0), 0.1, 1.0).thrusters[0].throttle == before
+
+
+# --- motors beside the sail ----------------------------------------------------------------------------------------
+
+FOR_MOTOR = parse(with_motor(), "boat.toml")
+ASKED = Wrench(5.0, 0.0, 0.0)
+
+
+def driven(air: tuple[float, float], sails: bool = True, motors: bool = True, failed: int | None = None) -> Allocation:
+    found = SailAllocator(FOR_MOTOR, Parameters(dict(FOR_MOTOR.parameters), table_of(FOR_MOTOR)))
+    if failed is not None:
+        found.set_failed(failed, True)
+    found.feel(Rig(air, sails, motors), UNDER_WAY)
+    for _ in range(40):
+        allocation = found.update(ASKED, 0.1, 1.0)
+    return allocation
+
+
+def test_the_motor_gives_what_the_sail_does_not() -> None:
+    light = driven((0.0, -1.5))
+    sheet, motor = light.thrusters
+    assert sheet.throttle > 0.0
+    assert 4.0 < motor.force_n < 5.0
+    assert light.achieved.surge_n == pytest.approx(5.0, abs=0.1)
+    assert not light.limited[0]
+
+
+def test_a_motor_that_is_not_used_stands_and_one_that_is_used_alone_pushes_with_a_free_sheet() -> None:
+    under_sail, alone = driven(FROM_STARBOARD, motors=False), driven(FROM_STARBOARD, sails=False)
+    assert under_sail.thrusters[1].throttle == 0.0
+    assert alone.thrusters[0].throttle == 0.0
+    assert alone.thrusters[1].force_n > 5.0, "more than is asked for: the free sail has drag"
+
+
+def test_a_failed_motor_gives_nothing_and_a_failed_sail_leaves_the_motor() -> None:
+    still = (0.0, 0.0)
+    assert driven(still, failed=1).thrusters[1].force_n == 0.0
+    assert driven(still, failed=0).thrusters[1].force_n == pytest.approx(5.0, abs=0.1)
+
+
+def test_by_hand_the_motor_takes_its_throttle_and_disarmed_it_stops() -> None:
+    found = SailAllocator(FOR_MOTOR, Parameters(dict(FOR_MOTOR.parameters), table_of(FOR_MOTOR)))
+    demands = (ThrusterCommand(0.0, 0.0, 0.0), ThrusterCommand(-3.0, -1.0, None))
+    for _ in range(5):
+        motor = found.direct(demands, 0.1).thrusters[1]
+    assert motor.force_n == pytest.approx(-3.0)
+    assert found.neutral().thrusters[1].throttle == 0.0

@@ -11,6 +11,7 @@ from companion.allocation.sail import SailAllocator
 from companion.allocation.wing_trim import WingTrim
 from companion.config.vessel import parse
 from companion.core.actuation import ThrusterCommand, Wrench
+from companion.core.estimate import Rig
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from sitl.foil import Foil
@@ -29,7 +30,7 @@ FROM_STARBOARD, FROM_PORT = (0.0, -5.0), (0.0, 5.0)  # with the bow north
 
 def served(wrench: Wrench, air: tuple[float, float] | None, ticks: int = 40) -> SailAllocator:
     found = SailAllocator(BOAT, Parameters(dict(BOAT.parameters), table_of(BOAT)))
-    found.feel(air, UNDER_WAY)
+    found.feel(Rig(air), UNDER_WAY)
     for _ in range(ticks):
         found.update(wrench, 0.1, 1.0)
     return found
@@ -87,7 +88,7 @@ def test_the_wing_turns_to_the_side_of_the_wind(air: tuple[float, float], side: 
 def test_after_a_tack_the_wing_goes_over_at_its_rate() -> None:
     wrench = Wrench(20.0, 0.0, 0.0)
     found = served(wrench, FROM_PORT)
-    found.feel(FROM_STARBOARD, UNDER_WAY)
+    found.feel(Rig(FROM_STARBOARD), UNDER_WAY)
     throttles = [found.update(wrench, 0.5, 1.0) for _ in range(9)]
     assert throttles[0].achieved.surge_n < 0.0, "the wing still stands on the old side"
     assert [each.thrusters[0].throttle for each in throttles][-1] == pytest.approx(-1.0)

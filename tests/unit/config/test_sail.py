@@ -21,6 +21,23 @@ def test_the_sheet_lets_the_boom_out() -> None:
     assert (sail.sheet(math.pi), sail.sheet(0.0)) == (0.0, 1.0)
 
 
+def with_motor(text: str = TEXT) -> str:
+    """The file of the boat with a motor beside its sail, driven by the same board."""
+    motor = """[[thruster]]
+name = "motor"
+kind = "fixed"
+x_m = -0.6
+y_m = 0.0
+max_n = 6.0
+min_n = -3.0
+ahead_n = 6.0
+astern_n = 3.0
+force_rate_nps = 20.0
+
+[[sensor]]"""
+    return text.replace("[[sensor]]", motor, 1).replace('thrusters = ["rig"]', 'thrusters = ["rig", "motor"]')
+
+
 def wing(text: str = TEXT) -> str:
     """The file of the boat with a wing in the place of its sail."""
     return text.replace("aspect = 2.5", "aspect = 5.0\nattack_max_deg = 14.0").replace("min_n = 0.0", "min_n = -8.0")
@@ -68,11 +85,32 @@ def test_a_sail_needs_its_table_and_a_rudder() -> None:
         parse(TEXT[:begin] + TEXT[end:], "boat.toml")
 
 
-def test_a_sail_is_the_only_thruster() -> None:
-    row = '[[thruster]]\nname = "motor"\nkind = "fixed"\nx_m = -0.6\ny_m = 0.0\nmax_n = 5.0\n\n[[sensor]]'
-    text = TEXT.replace("[[sensor]]", row, 1).replace('thrusters = ["rig"]', 'thrusters = ["rig", "motor"]')
-    with pytest.raises(ConfigError, match="a sail must be the only thruster"):
-        parse(text, "boat.toml")
+def test_motors_may_be_beside_a_sail() -> None:
+    rig, motor = parse(with_motor(), "boat.toml").thrusters
+    assert (rig.kind, motor.kind) == ("sail", "fixed")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('kind = "fixed"', 'kind = "fixed"\nazimuth_deg = 90.0', "azimuth_deg: a motor beside a sail pushes ahead"),
+        ("y_m = 0.0\nmax_n = 6.0", "y_m = 0.3\nmax_n = 6.0", "y_m: a motor beside a sail is on the middle line"),
+        ('kind = "fixed"', 'kind = "azimuth"\nazimuth_rate_dps = 60', "kind: a motor beside a sail should be 'fixed'"),
+    ],
+)
+def test_what_a_motor_beside_a_sail_cannot_be_is_told(old: str, new: str, problem: str) -> None:
+    assert with_motor().count(old) == 1
+    with pytest.raises(ConfigError, match=problem):
+        parse(with_motor().replace(old, new), "boat.toml")
+
+
+def test_the_sail_comes_first() -> None:
+    begin, middle, end = (
+        with_motor().index(word) for word in ("[[thruster]]", '[[thruster]]\nname = "motor"', "[[sensor]]")
+    )
+    text = with_motor()
+    with pytest.raises(ConfigError, match="a sail must be the first thruster"):
+        parse(text[:begin] + text[middle:end] + text[begin:middle] + text[end:], "boat.toml")
 
 
 def test_a_wrong_model_has_a_wrong_sail() -> None:

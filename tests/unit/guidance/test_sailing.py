@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import find, load
-from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.config.vessel import VesselConfig, find, load, parse
+from companion.core.actuation import ZERO_WRENCH, ThrusterCommand, Wrench
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.setpoint import (
@@ -18,11 +18,13 @@ from companion.core.setpoint import (
     PoseSetpoint,
     Progress,
     Setpoint,
+    ThrusterSetpoint,
     WrenchSetpoint,
 )
 from companion.guidance.sailing import Sailor
 from companion.params.store import Parameters
 from companion.params.table import table_of
+from tests.unit.config.test_sail import with_motor
 from tests.unit.estimates import AT_REST
 
 BOAT = load(find("sailbot"))
@@ -33,12 +35,12 @@ LEAD_DEG = 30.0  # of the bow in a tack
 class Crew:
     """A sailor with a boat that goes where it is told, and what it says."""
 
-    def __init__(self, fence_east_m: float = math.inf, **parameters: float) -> None:
+    def __init__(self, fence_east_m: float = math.inf, boat: VesselConfig = BOAT, **parameters: float) -> None:
         self.texts: list[str] = []
         self.kinds: list[TextKind] = []
         self.now_s = 0.0
-        store = Parameters({**BOAT.parameters, **parameters}, table_of(BOAT))
-        self.sailor = Sailor(BOAT, store, self._say, lambda _a, b: b[1] <= fence_east_m)
+        self.store = Parameters({**boat.parameters, **parameters}, table_of(boat))
+        self.sailor = Sailor(boat, self.store, self._say, lambda _a, b: b[1] <= fence_east_m)
 
     def _say(self, _t_s: float, kind: TextKind, _name: str, text: str) -> None:
         self.texts.append(text)
@@ -261,3 +263,60 @@ def test_light_wind_is_said_once_and_so_is_its_end() -> None:
     assert crew.texts == ["No wind: 0.6 m/s"]
     crew.steer(to(90.0), sailing(90.0, wind_mps=2.0), 300)
     assert len(crew.texts) == 2 and crew.texts[1].startswith("Wind again")
+
+
+# --- motors beside the sail ----------------------------------------------------------------------------------------
+
+FOR_MOTOR = parse(with_motor(), "boat.toml")
+
+
+def test_by_motor_it_goes_straight_against_the_wind() -> None:
+    crew = Crew(boat=FOR_MOTOR, SAIL_MOTOR=2)
+    assert crew.heading_deg(to(0.0), sailing(0.0), times=5) == pytest.approx(0.0, abs=1.0)
+    assert not crew.sailor.beats
+    assert crew.sailor.rig[1:] == (False, True)
+    assert crew.texts == ["By motor, sheet free"]
+    crew.store.set("SAIL_MOTOR", 1)
+    crew.steer(to(0.0), sailing(45.0))
+    assert crew.sailor.beats
+    assert crew.sailor.rig[1:] == (True, False)
+    assert "Under sail" in crew.texts
+
+
+def test_without_wind_the_motor_helps_unless_it_never_may() -> None:
+    for use, drives in ((1, True), (0, False)):
+        crew = Crew(boat=FOR_MOTOR, SAIL_MOTOR=use)
+        crew.steer(to(0.0), sailing(0.0, wind_mps=0.3), times=90)
+        assert not crew.sailor.rig.motors
+        crew.steer(to(0.0), sailing(0.0, wind_mps=0.3), times=30)
+        assert crew.sailor.rig.motors is drives
+        assert ("By motor: no wind" in crew.texts) is drives
+
+
+def test_a_boat_whose_vane_has_failed_goes_on_by_motor() -> None:
+    crew = Crew(boat=FOR_MOTOR, SAIL_WIND_T=5.0)
+    crew.steer(to(90.0), sailing(90.0))
+    found = crew.steer(to(90.0), sailing(90.0, wind_mps=None), times=60)
+    assert isinstance(found, HeadingSetpoint)
+    assert found.wrench.surge_n > 0.0
+    assert crew.sailor.rig.motors
+
+
+def test_a_boat_without_a_motor_ignores_the_parameter() -> None:
+    crew = Crew(SAIL_MOTOR=2)
+    crew.steer(to(0.0), sailing(45.0), times=5)
+    assert crew.sailor.beats
+    assert not crew.sailor.has_motor
+
+
+def test_the_stick_is_the_sheet_or_the_motor() -> None:
+    sticks = ThrusterSetpoint((ThrusterCommand(4.0, 0.7, 0.2), ThrusterCommand(3.0, 0.7, None)))
+
+    def throttles(**parameters: float) -> list[float]:
+        found = Crew(boat=FOR_MOTOR, **parameters).steer(sticks, sailing(90.0))
+        assert isinstance(found, ThrusterSetpoint)
+        assert found.thrusters[0].azimuth_rad == 0.2
+        return [command.throttle for command in found.thrusters]
+
+    assert throttles() == [0.7, 0.0]
+    assert throttles(SAIL_MOTOR=2) == [0.0, 0.7]

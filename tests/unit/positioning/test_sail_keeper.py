@@ -7,11 +7,15 @@ from dataclasses import replace
 
 import pytest
 
+from companion.config.vessel import find, load, parse
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.params.store import Parameters
 from companion.positioning.sail_keeper import SailKeeper
+from tests.unit.config.test_sail import with_motor
 from tests.unit.estimates import AT_REST
+
+BOAT = load(find("sailbot"))
 
 WIND_FROM_NORTH = replace(AT_REST, wind_speed_mps=5.0, wind_from_rad=0.0, yaw_rad=math.radians(80.0))
 
@@ -21,7 +25,7 @@ def at(north_m: float, east_m: float) -> NavState:
 
 
 def keeper() -> SailKeeper:
-    found = SailKeeper(Parameters({"DP_WATCH_R": 10.0, "DP_SPEED_AHEAD": 0.8}))
+    found = SailKeeper(BOAT, Parameters({"DP_WATCH_R": 10.0, "DP_SPEED_AHEAD": 0.8}))
     found.start(at(0.0, 0.0))
     return found
 
@@ -69,6 +73,17 @@ def test_it_sails_by_the_last_wind_and_drifts_without_any() -> None:
     found.update(at(0.0, 0.0), None, 2.0, 0.1)
     unknown = replace(at(0.0, 0.0), wind_from_rad=None, wind_speed_mps=None)
     assert isinstance(found.update(unknown, None, 2.0, 0.1), PathSetpoint)
-    blind = SailKeeper(Parameters())
+    blind = SailKeeper(BOAT, Parameters())
     blind.start(unknown)
     assert isinstance(blind.update(unknown, None, 2.0, 0.1), WrenchSetpoint)
+
+
+def test_with_the_motor_it_drifts_near_the_point_and_goes_back_by_it() -> None:
+    found = SailKeeper(parse(with_motor(), "boat.toml"), Parameters({"DP_WATCH_R": 10.0, "SAIL_MOTOR": 2}))
+    found.start(at(0.0, 0.0))
+    assert isinstance(found.update(at(2.0, 0.0), None, 2.0, 0.1), WrenchSetpoint)
+    back = found.update(at(9.0, 0.0), None, 2.0, 0.1)
+    assert isinstance(back, PathSetpoint)
+    assert math.degrees(back.yaw_rad) % 360.0 == pytest.approx(180.0)
+    found.hold(100.0, 0.0, 0.0, None)
+    assert isinstance(found.update(at(9.0, 0.0), None, 2.0, 0.1), PathSetpoint)

@@ -370,3 +370,9 @@ def test_a_tack_is_refused_while_the_boat_does_not_beat(with_option: Callable[..
     boat = with_option(AuxFunction.SAILBOAT_TACK)
     rc(boat, True)
     assert "No tack: the boat does not beat" in boat.texts()
+
+
+def test_a_boat_without_a_motor_beside_a_sail_refuses_its_switch(with_option: Callable[..., Boat]) -> None:
+    boat = with_option(AuxFunction.SAILBOAT_MOTOR)
+    rc(boat, True)
+    assert "No motor beside the sail" in boat.texts()
