@@ -138,6 +138,7 @@ class MissionExecutor:
         if afresh:
             self._rewind(seq)
         self._state = MissionState.ACTIVE
+        self._task = None  # that of an active mission still has the points that the boat has passed
         self.replaced = None
         self._settle()
         return None

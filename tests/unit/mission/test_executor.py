@@ -266,6 +266,15 @@ def test_pause_and_resume_at_the_current_item() -> None:
     assert _route(executor) == [1, 2]
 
 
+def test_an_active_mission_that_begins_again_goes_on_at_the_current_item() -> None:
+    executor, _ = _executor(*[WAYPOINT] * 4)
+    executor.begin()
+    executor.complete(1)
+    assert executor.begin() is None
+    assert _route(executor) == [2, 3]
+    assert executor.progress.reached == 2
+
+
 def test_a_stay_is_resumed_and_not_counted_again() -> None:
     executor, _ = _executor(_item(16, 10.0), WAYPOINT)
     executor.begin()

@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from typing import Any
 
 import pytest
 
 from companion.core.decision import MissionState, ModeId
-from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, PoseSetpoint
 from companion.mission.plan import PlanItem, PlanKind
 from companion.modes.parts.turn import TurnPlan
 from tests.laid_paths import followers_started
@@ -141,6 +141,22 @@ def test_speed_and_home_items(boat: Boat) -> None:
     boat.step(30.0)
     assert boat.setpoint.surge_mps == pytest.approx(0.3, abs=0.01)
     assert boat.status.home.lat_deg == pytest.approx(lat, abs=1e-6)
+
+
+def test_after_neutral_it_goes_on_to_the_next_point_and_not_back_to_the_first(boat: Boat) -> None:
+    """A boat that had no heading for a moment sailed back to where its route had begun."""
+    boat.upload((20.0, 0.0), (20.0, 20.0), (0.0, 20.0))
+    start(boat)
+    boat.until(lambda: boat.status.mission.reached == 2)
+    boat.step(5.0)
+    boat.nav = replace(boat.nav, heading_valid=False)
+    boat.step(3.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.nav = replace(boat.nav, heading_valid=True)
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.MISSION
+    assert boat.setpoint.progress.target == Point(pytest.approx(0.0, abs=0.01), pytest.approx(20.0, abs=0.01))
+    finish(boat)
 
 
 def test_pause_in_a_stay_goes_back_to_its_point(boat: Boat) -> None:
