@@ -6,6 +6,7 @@ from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.heading import YawLoop
 from companion.control.model import coriolis, damping
+from companion.control.speed_stall import SpeedStall
 from companion.core.actuation import Wrench
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
@@ -16,14 +17,14 @@ _INTEGRAL_SHARE = 0.25
 _SWAY_SHARE = 0.5  # bandwidth of sway as a share of that of surge
 _SWAY_LIMIT_SHARE = 0.75  # of the vessel's sway limit: the thrusters must give speed and heading too
 _YAW_RESERVE = 0.4  # share of the yaw limit that must be spare for full sway
-_LARGE_ERROR_MPS = 0.3  # a larger speed error is an acceleration, not an offset to learn
+_LARGE_ERROR_MPS = 0.3  # a larger speed error is an acceleration (`SpeedStall`), not an offset to learn
 _LARGE_ERROR_SHARE = 0.25  # the same as a share of WP_SPEED; the larger of both applies
 _THRUST_LAG_S = 0.4  # from a command to its thrust
 
 
 class PathControl:
-    """Law for path setpoints. The `bias` given to `update` is the integral of speed and heading. Remembers nothing
-    itself.
+    """Law for path setpoints. The `bias` given to `update` is the integral of speed and heading. Remembers the smoothed
+    feedback, and whether the boat does not reach its speed.
 
     τ_x = m11 u̇_d + D(u_d) + m11 ω (u_d − u) + bias; τ_y controls the sideways speed and gives the centripetal force of
     bends (m11 u r); τ_n is that of `YawLoop`.
@@ -34,11 +35,13 @@ class PathControl:
         self._limits = config.limits
         self._parameters = parameters
         self._yaw = yaw
+        self._stall = SpeedStall()
         self.restart()
 
     def restart(self) -> None:
-        """Forget the smoothed feedback, after another law was active."""
+        """Forget what it remembers, after another law was active."""
         self._feedback: tuple[float, float] | None = None
+        self._stall.restart()
 
     def update(self, setpoint: PathSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
         """The wrench for the setpoint, before saturation, without the part against the wind."""
@@ -52,9 +55,9 @@ class PathControl:
         gain = hull.m11_kg * bandwidth
         drag_x, _, _ = damping(hull, u, v, 0.0)
         _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
-        offset = abs(slow) < max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
-        growth = _INTEGRAL_SHARE * bandwidth * gain * slow if offset else 0.0
-        bias.grow(growth, 0.0, 0.0, nav.yaw_rad, dt_s)
+        large_mps = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
+        offset = self._stall.offset_mps(slow, nav.surge_mps, large_mps, dt_s)
+        bias.grow(_INTEGRAL_SHARE * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s)
         bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)
         surge = hull.m11_kg * setpoint.surge_mps2 + drag_x + gain * slow + bias_x
@@ -72,10 +75,11 @@ class PathControl:
         bandwidth = parameters["PATH_BW_SURGE"]
         gain_x, gain_y = hull.m11_kg * bandwidth, hull.m22_kg * parameters["PATH_BW_SWAY"]
         slow_x, slow_y = u - nav.surge_mps, v - nav.sway_mps
-        offset = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * parameters["WP_SPEED"])
+        large_mps = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * parameters["WP_SPEED"])
+        offset = self._stall.offset_mps(slow_x, nav.surge_mps, large_mps, dt_s)
         bias.grow(
-            _INTEGRAL_SHARE * bandwidth * gain_x * slow_x if abs(slow_x) < offset else 0.0,
-            _INTEGRAL_SHARE * parameters["PATH_BW_SWAY"] * gain_y * slow_y if abs(slow_y) < offset else 0.0,
+            _INTEGRAL_SHARE * bandwidth * gain_x * offset,
+            _INTEGRAL_SHARE * parameters["PATH_BW_SWAY"] * gain_y * slow_y if abs(slow_y) < large_mps else 0.0,
             0.0,
             nav.yaw_rad,
             dt_s,
