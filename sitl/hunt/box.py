@@ -35,6 +35,7 @@ class WeatherBox:
     current: float
     waves: float
     most_wind_mps: float
+    most_current_mps: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +144,8 @@ class Box:
         found: dict[str, str] = {}
         current_mps = waves = 0.0
         if "current" in has:
-            held_mps = self._strength.current_mps(limits.current * self._strength.top_speed_mps, lost)
+            most_mps = min(limits.current * self._strength.top_speed_mps, limits.most_current_mps)
+            held_mps = self._strength.current_mps(most_mps, lost)
             current_mps = int(100.0 * limits.held * choices.suggest_float("current", 0.0, 1.0) * held_mps) / 100.0
             found["current"] = _directed(current_mps, _direction(choices, "current_to"))
         if "waves" in has:
