@@ -12,7 +12,7 @@ from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.lqr import LqrTracking
-from companion.control.path_control import PathControl
+from companion.control.path_control import PathControl, turned_soon_rad
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import SlowWind, force_of_air, wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
@@ -160,7 +160,7 @@ class Controller:
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         wrench = self._tracking.update(setpoint, nav, self._bias, dt_s)
-        return self._limited(self._against_wind(wrench, nav, dt_s))
+        return self._limited(self._against_wind(wrench, nav, turned_soon_rad(setpoint), dt_s))
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:
         """Reduce the bias by what fell short of the last demand. `relevant` keeps the demand on the axes whose bias the
@@ -209,10 +209,11 @@ class Controller:
             return ZERO_WRENCH
         return self._saturated(wrench)
 
-    def _against_wind(self, wrench: Wrench, nav: NavState, dt_s: float) -> Wrench:
-        """The wrench, plus force and moment against the wind under way, without its short gusts."""
+    def _against_wind(self, wrench: Wrench, nav: NavState, turned_rad: float, dt_s: float) -> Wrench:
+        """The wrench, plus force and moment against the wind under way, without its short gusts, on a heading that is
+        turned by `turned_rad`."""
         air = self._slow_wind.update(nav, self._parameters["PATH_GUST_T"], dt_s)
-        x, y, n = force_of_air(self._config.windage, self._config.length_m, nav, air)
+        x, y, n = force_of_air(self._config.windage, self._config.length_m, nav, air, turned_rad)
         return Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n)
 
     def _against_wind_moment(self, wrench: Wrench, nav: NavState) -> Wrench:

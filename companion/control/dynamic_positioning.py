@@ -1,9 +1,10 @@
 """Dynamic positioning: PID on the pose error in body axes, with feed-forward from the model and the wind (ReVolt thesis
 4.1…4.17, corrected).
 
-τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d) ν_d) − Kp e − Kd (ν − ν_d) + bias − wind. Pole placement gives the gains from
-bandwidth ω and damping ζ of each axis and the model's inertia: Kp = m ω², Kd = 2 ζ ω m − d; the bias grows by −Ki e,
-with Ki = share·ω Kp. Inside the circle of DP_ECON the bandwidths are smaller (`companion.control.economy`).
+τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d − c) (ν_d − c)) − Kp e − Kd (ν − ν_d) + bias − wind, with c the mean current. Pole
+placement gives the gains from bandwidth ω and damping ζ of each axis and the model's inertia: Kp = m ω², Kd = 2 ζ ω m −
+d; the bias grows by −Ki e, with Ki = share·ω Kp. Inside the circle of DP_ECON the bandwidths are smaller
+(`companion.control.economy`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from companion.control.bias import BiasForce
 from companion.control.economy import WHOLE, Economy, Firmness
 from companion.control.feedforward import feedforward
 from companion.control.model import coriolis
-from companion.core.actuation import Wrench
+from companion.control.steady_current import SteadyCurrent
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
@@ -34,6 +36,7 @@ class DynamicPositioning:
         self._hull = config.hull
         self._parameters = parameters
         self._economy = Economy(config)
+        self._current = SteadyCurrent(config.hull)
         self.restart()
 
     @property
@@ -48,8 +51,11 @@ class DynamicPositioning:
         u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn)
         forward = feedforward(int(self._parameters["DP_FF_KIND"]), self._config, setpoint, turn)
         share = self._parameters["DP_FEEDFORWARD"]
+        steady = self._against_current(setpoint, u, v, nav, dt_s)
         bandwidth_radps = min(self._parameters["DP_BW_SURGE"], self._parameters["DP_BW_SWAY"])
-        self._firmness = self._economy.update(setpoint, nav, bias.in_body(nav.yaw_rad), bandwidth_radps, dt_s)
+        bx, by, bn = bias.in_body(nav.yaw_rad)
+        mean = (bx + share * steady.surge_n, by + share * steady.sway_n, bn + share * steady.yaw_nm)
+        self._firmness = self._economy.update(setpoint, nav, mean, bandwidth_radps, dt_s)
         (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains(self._firmness)
         bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
@@ -59,33 +65,34 @@ class DynamicPositioning:
             -pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps),
             dt_s,
         )
-        munk = share * self._munk_nm(setpoint, u, v, nav)
         return Wrench(
-            share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + munk + n + bn
+            share * (forward.surge_n + steady.surge_n) + x + bx,
+            share * (forward.sway_n + steady.sway_n) + y + by,
+            share * (forward.yaw_nm + steady.yaw_nm) + n + bn,
         )
 
-    def _munk_nm(self, setpoint: PoseSetpoint, surge_mps: float, sway_mps: float, nav: NavState) -> float:
-        """Feed-forward against the Munk moment of a current: the moment at the velocity through the water, less that at
-        the velocity of the reference. Under way it changes sign as the boat turns, faster than the integral can learn.
-        At positioning speeds it is 0: the integral covers it, and the estimate of the current would add noise."""
-        if (
-            nav.current_north_mps is None
-            or nav.current_east_mps is None
-            or int(self._parameters["DP_FF_KIND"]) != _FULL
-        ):
-            return 0.0
+    def _against_current(self, setpoint: PoseSetpoint, u: float, v: float, nav: NavState, dt_s: float) -> Wrench:
+        """Feed-forward against the current, where the whole model feeds forward; (u, v): velocity of the reference.
+
+        Force and moment are those of the mean current, which adds no noise. Under way the Munk moment changes sign as
+        the boat turns: there it is that of the boat's own velocity in the present estimate."""
+        if int(self._parameters["DP_FF_KIND"]) != _FULL:
+            return ZERO_WRENCH
+        self._current.update(nav, dt_s)
+        slow = self._current.demand(u, v, setpoint.yaw_rate_radps, nav.yaw_rad)
         weight = min(1.0, max(0.0, 2.0 * (abs(setpoint.surge_mps) / self._parameters["DP_SPEED_AHEAD"] - 1.0)))
-        if weight == 0.0:
-            return 0.0
-        current_x, current_y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-        _, _, actual = coriolis(self._hull, nav.surge_mps - current_x, nav.sway_mps - current_y, 0.0)
-        _, _, planned = coriolis(self._hull, surge_mps, sway_mps, 0.0)
-        return weight * (actual - planned)
+        if weight == 0.0 or nav.current_north_mps is None or nav.current_east_mps is None:
+            return slow
+        x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
+        _, _, actual_nm = coriolis(self._hull, nav.surge_mps - x, nav.sway_mps - y, 0.0)
+        _, _, planned_nm = coriolis(self._hull, u, v, 0.0)
+        return Wrench(slow.surge_n, slow.sway_n, slow.yaw_nm + weight * (actual_nm - planned_nm - slow.yaw_nm))
 
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
         self._feedback: tuple[float, float, float] | None = None
         self._economy.restart()
+        self._current.restart()
         self._firmness = WHOLE
 
     def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:

@@ -45,3 +45,15 @@ def force_for(
         hull.m22_kg * sway_mps2 + hull.m23_kgm * yaw_radps2 + cy + dy,
         m32 * sway_mps2 + hull.m33_kgm2 * yaw_radps2 + cn + dn,
     )
+
+
+def in_current(
+    hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float, x_mps: float, y_mps: float
+) -> Wrench:
+    """The wrench that a velocity over ground takes in water that flows at (x, y) in body axes, beyond that in still
+    water: M (ν̇_r − ν̇) + C(ν_r) ν_r − C(ν) ν + D(ν_r) ν_r − D(ν) ν, with ν_r = ν − ν_c through the water. The axes of a
+    boat that turns turn the current, ν̇_c = (r y, −r x)."""
+    u, v, r = surge_mps, sway_mps, yaw_rate_radps
+    through = force_for(hull, u - x_mps, v - y_mps, r, -r * y_mps, r * x_mps, 0.0)
+    still = force_for(hull, u, v, r, 0.0, 0.0, 0.0)
+    return Wrench(through.surge_n - still.surge_n, through.sway_n - still.sway_n, through.yaw_nm - still.yaw_nm)

@@ -84,16 +84,19 @@ class PathControl:
             nav.yaw_rad,
             dt_s,
         )
-        water_x, water_y = self._water(nav)
+        water_x, water_y = self._water(nav, nav.yaw_rad)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s, (nav.surge_mps - water_x, nav.sway_mps - water_y))
+        turning_x, turning_y, _ = coriolis(hull, u - water_x, v - water_y, r)
+        rise_x, rise_y = setpoint.surge_mps2 - r * water_y, setpoint.sway_mps2 + r * water_x  # through the water
+        soon_rad = nav.yaw_rad + turned_soon_rad(setpoint)
+        soon_x, soon_y = self._water(nav, soon_rad)
         soon_u, soon_v = u + _THRUST_LAG_S * setpoint.surge_mps2, v + _THRUST_LAG_S * setpoint.sway_mps2
-        drag_x, drag_y, _ = damping(hull, soon_u - water_x, soon_v - water_y, 0.0)
-        turning_x, turning_y, _ = coriolis(hull, u, v, r)
+        drag_x, drag_y, _ = damping(hull, soon_u - soon_x, soon_v - soon_y, 0.0)
         back_x, back_y = self._smoothed(gain_x * slow_x, gain_y * slow_y, dt_s)
-        bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)
+        bias_x, bias_y, _ = bias.in_body(soon_rad)
         return Wrench(
-            hull.m11_kg * setpoint.surge_mps2 + turning_x + drag_x + back_x + bias_x,
-            hull.m22_kg * setpoint.sway_mps2 + turning_y + drag_y + back_y + bias_y,
+            hull.m11_kg * rise_x + turning_x + drag_x + back_x + bias_x,
+            hull.m22_kg * rise_y + turning_y + drag_y + back_y + bias_y,
             moment + hull.m33_kgm2 * setpoint.yaw_radps2,
         )
 
@@ -106,11 +109,11 @@ class PathControl:
         self._feedback = (x, y)
         return x, y
 
-    def _water(self, nav: NavState) -> tuple[float, float]:
-        """The current in body axes; zeros while it is not known."""
+    def _water(self, nav: NavState, yaw_rad: float) -> tuple[float, float]:
+        """The current in the axes of a boat on that heading; zeros while it is not known."""
         if nav.current_north_mps is None or nav.current_east_mps is None:
             return 0.0, 0.0
-        return ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
+        return ned_to_body(nav.current_north_mps, nav.current_east_mps, yaw_rad)
 
     def _through_water(self, sway_mps: float, nav: NavState) -> float:
         """The sideways speed through the water, which costs force; within DP_SPEED_SWAY if no current is known."""
@@ -124,3 +127,9 @@ class PathControl:
         spare = min(1.0, max(0.0, (1.0 - abs(moment_nm) / self._limits.yaw_nm) / _YAW_RESERVE))
         bound = _SWAY_LIMIT_SHARE * self._limits.sway_n * spare
         return min(bound, max(-bound, sway_n))
+
+
+def turned_soon_rad(setpoint: PathSetpoint) -> float:
+    """By how much an exact setpoint turns the boat until a command is thrust: what wind and water do to it comes from
+    there then."""
+    return setpoint.yaw_rate_radps * _THRUST_LAG_S if setpoint.exact else 0.0

@@ -38,15 +38,18 @@ def wind_force(windage: WindageConfig, length_m: float, nav: NavState) -> tuple[
     return force_of_air(windage, length_m, nav, air_over_ground(nav))
 
 
-def force_of_air(windage: WindageConfig, length_m: float, nav: NavState, air: Air | None) -> tuple[float, float, float]:
-    """As `wind_force`, of that wind.
+def force_of_air(
+    windage: WindageConfig, length_m: float, nav: NavState, air: Air | None, turned_rad: float = 0.0
+) -> tuple[float, float, float]:
+    """As `wind_force`, of that wind, on a heading that is turned by `turned_rad`.
 
     With (x, y) the velocity of the air past the hull and V its size: X = ½ρ cx A_F V x, Y = ½ρ cy A_L V y, N = −½ρ cn
     A_L L 2xy, which turns the boat beam to the wind (Fossen 2011, 8.1.3, with sin 2γ written out).
     """
     if air is None:
         return 0.0, 0.0, 0.0
-    c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+    yaw_rad = nav.yaw_rad + turned_rad
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     x, y = c * air[0] + s * air[1] - nav.surge_mps, c * air[1] - s * air[0] - nav.sway_mps
     speed = math.hypot(x, y)
     pressure = 0.5 * AIR_KGPM3 * _COUNTERED

@@ -1,0 +1,96 @@
+"""What a current that is known takes of a boat that holds or turns: the laws counter it by the model, at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import find, load
+from companion.control.bias import BiasForce
+from companion.control.dynamic_positioning import DynamicPositioning
+from companion.control.heading import YawLoop
+from companion.control.model import damping, force_for, in_current
+from companion.control.path_control import PathControl
+from companion.core.actuation import Wrench
+from companion.core.setpoint import PathSetpoint, PoseSetpoint
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+
+ABOAT = load(find("aboat"))
+PARAMETERS = Parameters(ABOAT.parameters)
+
+
+def forces(wrench: Wrench) -> tuple[float, float, float]:
+    return wrench.surge_n, wrench.sway_n, wrench.yaw_nm
+
+
+def test_a_boat_that_turns_as_the_water_carries_it_only_turns() -> None:
+    """Its velocity over ground is constant in NED, and so changes in its axes."""
+    x, y, r = 0.3, -0.2, 0.4
+    over_ground = force_for(ABOAT.hull, x, y, r, r * y, -r * x, 0.0)
+    more = in_current(ABOAT.hull, x, y, r, x, y)
+    whole = [a + b for a, b in zip(forces(over_ground), forces(more), strict=True)]
+    assert whole == pytest.approx(forces(force_for(ABOAT.hull, 0.0, 0.0, r, 0.0, 0.0, 0.0)), abs=1e-9)
+
+
+@pytest.mark.parametrize(("north", "east"), [(0.3, 0.0), (-0.3, 0.0), (0.0, 0.3), (-0.2, -0.2)])
+def test_a_planned_turn_takes_the_same_forces_in_a_current(north: float, east: float) -> None:
+    """The same turn through the water. Left out, the water's share of the turn is 14 N here, and takes the boat 0.1 m
+    off a corner."""
+    law = PathControl(ABOAT, PARAMETERS, YawLoop(ABOAT, PARAMETERS))
+    u, r = 0.7, 0.35
+    still = law.update(
+        PathSetpoint(0.0, u, 0.0, r, exact=True), replace(AT_REST, surge_mps=u, yaw_rate_radps=r), fresh_bias(), 0.1
+    )
+    law.restart()
+    setpoint = PathSetpoint(0.0, u + north, east, r, r * east, sway_mps2=-r * north, exact=True)
+    nav = replace(
+        AT_REST,
+        surge_mps=u + north,
+        sway_mps=east,
+        yaw_rate_radps=r,
+        current_north_mps=north,
+        current_east_mps=east,
+    )
+    assert forces(law.update(setpoint, nav, fresh_bias(), 0.1)) == pytest.approx(forces(still), abs=1.0)
+
+
+def test_a_steady_force_is_given_where_the_thrust_finds_the_bow() -> None:
+    """In a turn of 20° a second the bow is 8° further when a command has become thrust."""
+    law = PathControl(ABOAT, PARAMETERS, YawLoop(ABOAT, PARAMETERS))
+    bias = fresh_bias()
+    bias.grow(80.0, 0.0, 0.0, 0.0, 1.0)
+    r = math.radians(20.0)
+    nav = replace(AT_REST, yaw_rate_radps=r)
+    with_it = law.update(PathSetpoint(0.0, 0.0, 0.0, r, exact=True), nav, bias, 0.1)
+    law.restart()
+    without = law.update(PathSetpoint(0.0, 0.0, 0.0, r, exact=True), nav, fresh_bias(), 0.1)
+    x, y = with_it.surge_n - without.surge_n, with_it.sway_n - without.sway_n
+    assert math.degrees(math.atan2(y, x)) == pytest.approx(-8.0, abs=0.1)
+    assert math.hypot(x, y) == pytest.approx(80.0)
+
+
+def test_a_known_current_is_held_against_from_the_first_cycle() -> None:
+    nav = replace(AT_REST, yaw_rad=0.5, current_north_mps=0.1, current_east_mps=-0.3)
+    law = DynamicPositioning(ABOAT, PARAMETERS)
+    wrench = law.update(PoseSetpoint(0.0, 0.0, 0.5), nav, fresh_bias(), 0.1)
+    c, s = math.cos(0.5), math.sin(0.5)
+    x, y = -(0.1 * c - 0.3 * s), -(-0.3 * c - 0.1 * s)
+    assert (wrench.surge_n, wrench.sway_n) == pytest.approx(damping(ABOAT.hull, x, y, 0.0)[:2])
+
+
+def test_what_the_estimate_of_the_current_wanders_by_hardly_moves_the_thrusters() -> None:
+    law, setpoint = DynamicPositioning(ABOAT, PARAMETERS), PoseSetpoint(0.0, 0.0, 0.0)
+    nav = replace(AT_REST, current_north_mps=0.0, current_east_mps=0.3)
+    for _ in range(700):
+        before = law.update(setpoint, nav, fresh_bias(), 0.1)
+    after = law.update(setpoint, replace(nav, current_east_mps=0.4), fresh_bias(), 0.1)
+    assert abs(after.sway_n - before.sway_n) < 0.1
+    unknown = replace(nav, current_north_mps=None, current_east_mps=None)
+    assert law.update(setpoint, unknown, fresh_bias(), 0.1) == after, "the last mean counts on"
+
+
+def fresh_bias() -> BiasForce:
+    return BiasForce(ABOAT.limits)
