@@ -41,6 +41,7 @@ _LEAST_STEP_RADPS = math.radians(0.6)  # smaller steps are noise
 _OPPOSITE = 0.6  # share of the drift by which heading and turn may differ in size
 _MODEL_TICKS = 5  # between two rates that are compared with the model
 _MODEL_SLOPE = 0.3
+_MODEL_MOST = 3.0  # times the changes of the model, up to which thrust made those of the gyro
 
 
 class _Track:
@@ -245,11 +246,13 @@ def _threshold_rad(source: _Source, seen: HeadingSeen) -> float:
 
 
 def _against_model(turning: Sequence[tuple[float, float, float]], from_s: float) -> bool:
-    """Whether the gyro's rate falls where thrust should raise it: the slope between their changes is negative."""
+    """Whether the gyro's rate falls where thrust should raise it: the slope between their changes is negative. Changes
+    far beyond those of thrust are waves and gusts, whose slope is chance."""
     since = [point for point in turning if point[0] >= from_s]
-    products = squares = 0.0
+    products = squares = felt = 0.0
     for before, after in zip(since, since[_MODEL_TICKS:], strict=False):
-        model_radps = after[2] - before[2]
-        products += model_radps * (after[1] - before[1])
+        model_radps, gyro_radps = after[2] - before[2], after[1] - before[1]
+        products += model_radps * gyro_radps
         squares += model_radps * model_radps
-    return products < -_MODEL_SLOPE * squares
+        felt += gyro_radps * gyro_radps
+    return products < -_MODEL_SLOPE * squares and felt <= _MODEL_MOST**2 * squares

@@ -238,3 +238,33 @@ def test_what_a_late_heading_makes_of_a_turn_is_blamed_on_nobody() -> None:
 )
 def test_a_late_receiver_hides_no_lie(from_s: float, spoil: Spoil, channel: Channel) -> None:
     assert cornered(from_s, spoil)[0] == channel
+
+
+class StandingBoat(Boat):
+    """Does not turn."""
+
+    def yaw(self, t_s: float) -> float:
+        return 0.0
+
+    def turn_radps(self, t_s: float) -> float:
+        return 0.0
+
+
+def test_a_compass_that_creeps_is_blamed_where_waves_turn_a_boat_whose_thrusters_rest() -> None:
+    """The boat follows it with a third of its rate, so that both turn opposite ways, and waves happen to turn the boat
+    against the little that the model feels: once the gyro was thought to be reversed, and the heading was 60° off."""
+    passage = Passage(HeadingDrift(), StandingBoat())
+    assert passage.go(30.0) == []
+
+    def creeps(evidence: Evidence, age_s: float) -> None:
+        wave = math.sin(5.0 * age_s)
+        gyro_off(math.radians(-0.33))(evidence, age_s)
+        evidence.imu = [
+            replace(imu, yaw_rate_radps=imu.yaw_rate_radps + math.radians(0.5) * wave) for imu in evidence.imu
+        ]
+        turned(evidence, math.radians(0.67 * age_s))
+        assert evidence.model is not None
+        evidence.model = evidence.model._replace(turn_radps=-math.radians(0.02) * wave)
+
+    found = passage.go(8.0, creeps)
+    assert found and {finding.channel for _, finding in found} == {HEADING}
