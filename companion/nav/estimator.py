@@ -234,6 +234,7 @@ class Estimator:
         if inertial is None or not (inertial.running and inertial.feels) or source is None:
             return
         found = self._receivers.update(inertial, source)
+        inertial.late_sigma_s = self._receivers.unsure_s(source)
         if found is not None:
             text = found.text(self._latencies_s.get(source, 0.0))
             self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", text)
@@ -418,14 +419,9 @@ class Estimator:
             self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
-            self._validity.position(fix.t_s, self._lagging_m(fix, before) if inertial else slow_sigma_m)
+            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
             if leads:
                 self._altitude.take(fix, lever)
-
-    def _lagging_m(self, fix: GnssFix, here: Place) -> float:
-        """One sigma of the way that the boat makes in the time by which a receiver's values may be late."""
-        unsure_s = self._receivers.unsure_s(fix.source)
-        return unsure_s * math.hypot(here.north_mps, here.east_mps) if unsure_s else 0.0
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
@@ -482,6 +478,7 @@ class Estimator:
         sigma_mps = self._accuracies.velocity_mps(velocity, fix)
         if self._pose.started:
             rule = self._witness.velocity(velocity, lever, sigma_mps, self._solution())
+            self._time_velocity(velocity, lever)
         good = self._witness.trusts(Sense.VELOCITY, velocity.source)
         used = self._velocities.offer(velocity.source, velocity.t_s, good)
         if rule is Verdict.REJECT or not (used or (good and self._blends)):
@@ -497,6 +494,14 @@ class Estimator:
             verdict = self._solution().velocity(velocity.t_s, *measured, lever, self._noisier * sigma_mps, rule)
             if verdict is not Verdict.REJECT:
                 self._validity.velocity(velocity.t_s)
+
+    def _time_velocity(self, velocity: GroundVelocity, lever: Vector) -> None:
+        """Let a velocity tell how late its receiver is."""
+        inertial = self._inertial
+        if inertial is None or not (inertial.running and inertial.feels):
+            return
+        if velocity.source == self._positions.current:
+            self._receivers.velocity(inertial, velocity.t_s, (velocity.north_mps, velocity.east_mps), lever)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
         solution, known_rad = self._solution(), math.inf

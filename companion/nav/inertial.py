@@ -25,6 +25,8 @@ _FIRST_S = 1.0  # after the start, for the first position
 _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
+_ANEW_SIGMA_MPS, _ANEW_TILT_SIGMA_RAD, _ANEW_YAW_SIGMA_RAD = 0.3, math.radians(3.0), math.radians(15.0)
+_LIKELY_BIASES = 3.0  # sigmas of the gyro's bias at switch-on
 _COMMON = 0.7  # correlation of the slow errors of two receivers: of plain ones 0.9, with corrections 0.5
 _WANDERS = 4.0  # by which the slow error of a receiver may jump, as when other satellites come
 _WRONG_FIX_M = 3.0  # a receiver with carrier phase may be off by that; further off, it is the estimate that was lost
@@ -63,6 +65,7 @@ class InertialSolution:
         self.t_s = -math.inf  # of the last sample
         self.rates: Vector = (0.0, 0.0, 0.0)
         self.odometer = InertialSums()
+        self.late_sigma_s = 0.0  # one sigma of the times of the receiver in use
         self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
@@ -122,10 +125,21 @@ class InertialSolution:
         self.feels = feels
         self.stop()
 
-    def restart(self) -> None:
-        """The next position and heading count alone: those before were wrong."""
+    def begin_anew(self) -> None:
+        """Measurements have long been wrong, as late ones are: forget what they have made of attitude and biases, which
+        hide each other. Without the accelerometers' biases, the tilt is the one that the sensor feels just now; the
+        gyro's stay if they are likely. The next position and heading count alone."""
+        bx, by, _ = self.filter.accelerometer_bias
+        (roll, pitch, _), gravity_mps2 = self.filter.euler(), self.filter.gravity_mps2
+        gyro_bias = self.filter.gyro_bias
+        self.forget_biases()
+        if max(map(abs, gyro_bias)) <= _LIKELY_BIASES * self.filter.noise.gyro_switch_on_radps:
+            self.filter.gyro_bias = gyro_bias
+        motion = self.motion(self.t_s)
+        sigma_mps = max(motion.velocity_sigma_mps, _ANEW_SIGMA_MPS)
+        unsure = replace(motion, velocity_sigma_mps=sigma_mps, yaw_sigma_rad=_ANEW_YAW_SIGMA_RAD)
+        self.start(unsure, (roll - by / gravity_mps2, pitch + bx / gravity_mps2), _ANEW_TILT_SIGMA_RAD)
         self._anew = {"position", "heading"}
-        self._clear_gates()
 
     def carry_over(self, lever_m: Vector, noise: FilterNoise) -> None:
         """Go on with the samples of another sensor, at that place from the boat's origin."""
@@ -193,8 +207,18 @@ class InertialSolution:
     @property
     def doubts(self) -> tuple[float, float, float]:
         """One sigma of position and velocity on each axis (m, m/s) and of heading (rad), beside the filter's: it may
-        have followed what was no motion."""
-        return self._slow_position.doubt, self._slow_velocity.doubt, self._slow_heading.doubt
+        have followed what was no motion, or come from another time."""
+        slow_m, slow_mps, slow_rad = self._slow_position.doubt, self._slow_velocity.doubt, self._slow_heading.doubt
+        late_s = self.late_sigma_s
+        if late_s == 0.0:
+            return slow_m, slow_mps, slow_rad
+        north, east, _ = self.filter.velocity
+        speed_mps, turn_radps = math.hypot(north, east), abs(self.rates[2])
+        return (
+            math.hypot(slow_m, late_s * speed_mps),
+            math.hypot(slow_mps, late_s * speed_mps * turn_radps),
+            math.hypot(slow_rad, late_s * turn_radps),
+        )
 
     @property
     def lanes(self) -> Sequence[Lane]:

@@ -1,7 +1,8 @@
 """How late the values of the receiver in use are, beyond what its row says.
 
-The gyro tells it from the receiver's headings in turns (`turn_latency.py`), without the filter. What has come out twice
-is told, and goes over to the times of the readings without a jump of the estimate.
+The gyro tells it from the receiver's headings in turns (`turn_latency.py`), gyro and accelerometers from its velocities
+where the boat turns or gathers way (`velocity_latency.py`); both without what the filter has made of late values. What
+has come out twice is told, and goes over to the times of the readings without a jump of the estimate.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import math
 from dataclasses import dataclass
 
 from companion.nav.inertial import InertialSolution
+from companion.nav.lever_arms import Vector, relative
 from companion.nav.turn_latency import TurnLatency
+from companion.nav.velocity_latency import VelocityLatency
 
 _LEAST_S, _MOST_S = 0.04, 0.5  # a smaller one is left as it is; a larger one is no latency
-_SURE_S = 0.05  # one sigma: one that is known no better is left as it is
-_SIGMAS = 5.0
+_SURE_S = 0.05  # one sigma: one that headings tell no better is left as it is
+_SIGMAS, _SIGMAS_AGAIN = 5.0, 3.0  # of what velocities tell, to count the first time, and when it agrees with that
 _AGREES, _AGREES_SIGMAS = 0.25, 3.0  # by which it may differ the second time
 _DOUBTED_S, _AGAIN_S = 10.0, 60.0  # a latency that was seen once is in doubt for so long, and not again before
 _SETTLES_S = 2.0  # after one has gone over
@@ -59,14 +62,14 @@ class _Receiver:
 
 
 class ReceiverLatency:
-    """Call `heading` for each heading of the receiver in use, and `update` once a tick. Remembers of each receiver what
-    was found, the receiver and the run of the filter that it watches, and the time."""
+    """Call `heading` and `velocity` for each one of the receiver in use, and `update` once a tick. Remembers of each
+    receiver what was found, the receiver and the run of the filter that it watches, and the time."""
 
     def __init__(self) -> None:
         self._receivers: dict[str, _Receiver] = {}
         self._watched = ("", -1)
         self._t_s = 0.0
-        self._turn = TurnLatency()
+        self._turn, self._velocity = TurnLatency(), VelocityLatency()
 
     def late_s(self, source: str) -> float:
         """By how much the values of a receiver are later than its row says."""
@@ -95,6 +98,11 @@ class ReceiverLatency:
         turned_rad = inertial.odometer.turned_rad + turn_radps * (t_s - inertial.t_s)
         self._turn.take(t_s, yaw_rad - turned_rad, turn_radps)
 
+    def velocity(self, inertial: InertialSolution, t_s: float, velocity: tuple[float, float], lever_m: Vector) -> None:
+        """Take a velocity of the antenna at `lever_m` of the receiver in use, whether it is used or not."""
+        swing = inertial.offset(relative(lever_m, inertial.lever_m))
+        self._velocity.take(t_s, velocity, inertial.lanes, (swing.north_mps, swing.east_mps))
+
     def update(self, inertial: InertialSolution, source: str) -> LatencyFound | None:
         """Returns what is found anew of the receiver in use."""
         receiver = self._receivers.get(source)
@@ -104,8 +112,9 @@ class ReceiverLatency:
         found = self._found(source, receiver)
         before = receiver.once
         if found is None:
+            self._refute(receiver)
             return None
-        self._turn.begin()
+        self._begin()
         if before is None or not found.agrees(before):
             receiver.once = found
             if self._t_s - receiver.once_s >= _AGAIN_S:
@@ -122,18 +131,42 @@ class ReceiverLatency:
         t_s, watched = inertial.t_s, (source, inertial.odometer.run)
         if watched != self._watched:
             self._watched, self._t_s = watched, t_s
-            self._turn.begin()
+            self._begin()
         passed_s, self._t_s = max(t_s - self._t_s, 0.0), t_s
         return passed_s
 
+    def _begin(self) -> None:
+        """Look anew, at what comes from now on."""
+        self._turn.begin()
+        self._velocity.begin()
+
     def _found(self, source: str, receiver: _Receiver) -> LatencyFound | None:
-        latency = self._turn.latency_s()
+        by_headings = self._told(source, receiver, self._turn.latency_s())
+        if by_headings is not None and by_headings.sigma_s <= _SURE_S:
+            return by_headings
+        return self._told(source, receiver, self._velocity.latency_s(), receiver.once)
+
+    def _refute(self, receiver: _Receiver) -> None:
+        """Forget what has been seen once, where it should have shown again and has not."""
+        once, latency = receiver.once, self._velocity.latency_s() or self._turn.latency_s()
+        if once is None or latency is None:
+            return
+        apart_s = abs(once.late_s - receiver.late_s - latency[0])
+        if apart_s > _SIGMAS * math.hypot(once.sigma_s, latency[1]):
+            receiver.once = None
+
+    @staticmethod
+    def _told(
+        source: str, receiver: _Receiver, latency: tuple[float, float] | None, once: LatencyFound | None = None
+    ) -> LatencyFound | None:
+        """What a latency and its sigma come to, where they tell anything. `once`: what it may confirm."""
         if latency is None:
             return None
         latency_s, sigma_s = latency
-        late_s = receiver.late_s + latency_s
-        sure = sigma_s <= _SURE_S and abs(latency_s) >= max(_LEAST_S, _SIGMAS * sigma_s)
-        return LatencyFound(source, late_s, sigma_s) if sure and abs(late_s) <= _MOST_S else None
+        found = LatencyFound(source, receiver.late_s + latency_s, sigma_s)
+        sigmas = _SIGMAS if once is None or not found.agrees(once) else _SIGMAS_AGAIN
+        tells = abs(latency_s) >= max(_LEAST_S, sigmas * sigma_s)
+        return found if tells and abs(found.late_s) <= _MOST_S else None
 
     def _join(self, inertial: InertialSolution, receiver: _Receiver, passed_s: float) -> None:
         """Let a latency go over to the readings, and move the estimate along, which has been late as they were."""
@@ -144,5 +177,5 @@ class ReceiverLatency:
         receiver.coming_s -= step_s
         inertial.filter.move_on(step_s)
         if receiver.coming_s == 0.0:
-            inertial.restart()  # it holds what the turns before have made of values that were late
-        self._turn.begin()
+            inertial.begin_anew()  # it holds what turns and starts have made of values that were late
+        self._begin()

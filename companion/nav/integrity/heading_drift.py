@@ -3,7 +3,8 @@
 Page's test on the difference of both. Which of them lies is told by how it began: a gyro whose bias changes does so
 from one sample to the next, without the moment that a real turn needs; a gyro with the wrong sign turns as far as the
 heading does, the other way; a heading that creeps leaves the gyro as it was. A gyro that drifts off slowly cannot be
-told from a heading that does: the heading is blamed.
+told from a heading that does: the heading is blamed. What one latency explains is blamed on neither
+(`late_heading.py`): what that makes of a turn ends with it.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from itertools import accumulate
 
 from companion.core.angles import wrap_pi
 from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
+from companion.nav.integrity.late_heading import explained_by_latency
 from companion.nav.integrity.statistics import Median3, NoiseSize, ScalarCusum
 
 _SLACK_RADPS = math.radians(0.15)
@@ -39,6 +41,7 @@ _LEAST_STEP_RADPS = math.radians(0.6)  # smaller steps are noise
 _OPPOSITE = 0.6  # share of the drift by which heading and turn may differ in size
 _MODEL_TICKS = 5  # between two rates that are compared with the model
 _MODEL_SLOPE = 0.3
+_MODEL_MOST = 3.0  # times the changes of the model, up to which thrust made those of the gyro
 
 
 class _Track:
@@ -66,6 +69,12 @@ class _Track:
         first = bisect_left(self.times_s, from_s)
         since = self.turns_rad[first:]
         return max(since) - min(since) if since else 0.0
+
+    def is_late(self, from_s: float, slack_radps: float, threshold_rad: float) -> bool:
+        """Whether the headings since a time are late by so much that no drift is left."""
+        first = max(bisect_left(self.times_s, from_s) - 1, 0)
+        slack = slack_radps, _TURN_SHARE
+        return explained_by_latency(self.times_s, self.headings_rad, self.turns_rad, first, slack, threshold_rad)
 
     def is_opposite(self, from_s: float) -> bool:
         """Whether the heading has turned about as far as the gyro since a time, but the other way."""
@@ -187,6 +196,8 @@ class HeadingDrift(Hypothesis):
         )
         doubt = source.cusum.largest / threshold_rad
         self.doubt = max(self.doubt, min(doubt, 1.0))
+        if doubt >= 1.0 and source.track.is_late(source.cusum.onset_s, slack_radps, threshold_rad):
+            return
         if doubt >= 1.0:
             if source.since_s is None and not distrusted:
                 self._blame(source, seen, evidence)
@@ -235,11 +246,13 @@ def _threshold_rad(source: _Source, seen: HeadingSeen) -> float:
 
 
 def _against_model(turning: Sequence[tuple[float, float, float]], from_s: float) -> bool:
-    """Whether the gyro's rate falls where thrust should raise it: the slope between their changes is negative."""
+    """Whether the gyro's rate falls where thrust should raise it: the slope between their changes is negative. Changes
+    far beyond those of thrust are waves and gusts, whose slope is chance."""
     since = [point for point in turning if point[0] >= from_s]
-    products = squares = 0.0
+    products = squares = felt = 0.0
     for before, after in zip(since, since[_MODEL_TICKS:], strict=False):
-        model_radps = after[2] - before[2]
-        products += model_radps * (after[1] - before[1])
+        model_radps, gyro_radps = after[2] - before[2], after[1] - before[1]
+        products += model_radps * gyro_radps
         squares += model_radps * model_radps
-    return products < -_MODEL_SLOPE * squares
+        felt += gyro_radps * gyro_radps
+    return products < -_MODEL_SLOPE * squares and felt <= _MODEL_MOST**2 * squares

@@ -8,7 +8,7 @@ import pytest
 
 from companion.core.readings import Imu
 from companion.nav.inertial import InertialSolution
-from companion.nav.lever_arms import ZERO
+from companion.nav.lever_arms import ZERO, quaternion_of, rotation
 from companion.nav.measured_off import Wander
 from companion.nav.outliers import Verdict
 from companion.nav.solution import Motion
@@ -113,10 +113,33 @@ def test_positions_that_wander_faster_than_is_said_make_the_boat_unsure() -> Non
     assert motion.position_sigma_m > 0.03
 
 
-def test_after_a_restart_the_next_measurements_count_alone() -> None:
+def test_after_it_has_begun_anew_the_next_measurements_count_alone() -> None:
     made = settled()
-    made.restart()
+    made.begin_anew()
     assert fixes(made, 0.2, 30.0, 0.1) == [Verdict.ACCEPT]
     made.heading(30.1, 0.3, 0.01)
     motion = made.motion(30.1)
     assert motion.position[0] == pytest.approx(0.2, abs=0.01) and motion.attitude[2] == pytest.approx(0.3, abs=0.01)
+
+
+def test_tilt_and_bias_that_hide_each_other_go_together_when_it_begins_anew() -> None:
+    """What late velocities make of a boat that is level: 3 degrees of roll, and a bias that takes them off again."""
+    made = settled()
+    made.filter.accelerometer_bias = (0.2, -G * math.sin(math.radians(3.0)), 0.0)
+    made.filter.gyro_bias = (0.0, 0.0, math.radians(1.5))
+    made.filter.quaternion = quaternion_of(math.radians(-3.0), -math.asin(0.2 / G), 0.0)
+    made.filter.rotation = rotation(made.filter.quaternion)
+    made.begin_anew()
+    roll, pitch, _ = made.filter.euler()
+    assert math.degrees(abs(roll)) < 0.1 and math.degrees(abs(pitch)) < 0.1
+    assert made.filter.accelerometer_bias == made.filter.gyro_bias == ZERO
+    assert made.motion(30.0).yaw_sigma_rad > math.radians(10.0)
+
+
+def test_a_receiver_whose_times_are_in_doubt_leaves_a_boat_under_way_unsure() -> None:
+    made = settled()
+    still_m = made.doubts[0]
+    made.late_sigma_s = 0.3
+    assert made.doubts[0] == pytest.approx(still_m, abs=0.01)
+    made.filter.velocity = (2.0, 0.0, 0.0)
+    assert made.doubts[0] == pytest.approx(0.6, abs=0.01) and made.motion(30.0).position_sigma_m > 0.6

@@ -189,3 +189,82 @@ def test_a_filter_that_has_not_settled_tells_nothing(hypothesis: Callable[[], Hy
     passage = Passage(hypothesis(), BOAT)
     passage.go(30.0)
     assert passage.go(20.0, unsettled) == []
+
+
+class CorneringBoat(Boat):
+    """Turns by 60° every ten seconds, at up to 30°/s, as a catamaran does at a waypoint."""
+
+    def yaw(self, t_s: float) -> float:
+        corners, after_s = divmod(t_s, 10.0)
+        share = min(after_s / 4.0, 1.0)
+        return math.radians(60.0) * (corners + share - math.sin(2.0 * math.pi * share) / (2.0 * math.pi))
+
+    def turn_radps(self, t_s: float) -> float:
+        share = min((t_s % 10.0) / 4.0, 1.0)
+        return math.radians(15.0) * (1.0 - math.cos(2.0 * math.pi * share))
+
+
+def cornered(for_s: float, then: Spoil | None = None) -> list[Channel]:
+    """Whom a late heading has blamed for some time; or, with a lie that begins then, in the next 9 s."""
+    boat = CorneringBoat()
+    passage = Passage(HeadingDrift(), boat)
+
+    def late(evidence: Evidence, age_s: float) -> None:
+        evidence.headings = [
+            seen._replace(yaw_rad=seen.yaw_rad - boat.yaw(seen.t_s) + boat.yaw(seen.t_s - 0.3))
+            for seen in evidence.headings
+        ]
+
+    def lying(evidence: Evidence, age_s: float) -> None:
+        late(evidence, age_s)
+        assert then is not None
+        then(evidence, age_s)
+
+    found = passage.go(for_s, late)
+    return [finding.channel for _, finding in (found if then is None else passage.go(9.0, lying))]
+
+
+def test_what_a_late_heading_makes_of_a_turn_is_blamed_on_nobody() -> None:
+    """It lags by 9° and comes back: once the gyro was blamed for that, for good, and the heading was 20° off."""
+    assert cornered(60.0) == []
+
+
+@pytest.mark.parametrize(
+    ("from_s", "spoil", "channel"),
+    [
+        (32.0, lambda evidence, age_s: turned(evidence, math.radians(2.0 * age_s)), HEADING),
+        (35.0, gyro_off(math.radians(5.0)), GYRO),
+    ],
+)
+def test_a_late_receiver_hides_no_lie(from_s: float, spoil: Spoil, channel: Channel) -> None:
+    assert cornered(from_s, spoil)[0] == channel
+
+
+class StandingBoat(Boat):
+    """Does not turn."""
+
+    def yaw(self, t_s: float) -> float:
+        return 0.0
+
+    def turn_radps(self, t_s: float) -> float:
+        return 0.0
+
+
+def test_a_compass_that_creeps_is_blamed_where_waves_turn_a_boat_whose_thrusters_rest() -> None:
+    """The boat follows it with a third of its rate, so that both turn opposite ways, and waves happen to turn the boat
+    against the little that the model feels: once the gyro was thought to be reversed, and the heading was 60° off."""
+    passage = Passage(HeadingDrift(), StandingBoat())
+    assert passage.go(30.0) == []
+
+    def creeps(evidence: Evidence, age_s: float) -> None:
+        wave = math.sin(5.0 * age_s)
+        gyro_off(math.radians(-0.33))(evidence, age_s)
+        evidence.imu = [
+            replace(imu, yaw_rate_radps=imu.yaw_rate_radps + math.radians(0.5) * wave) for imu in evidence.imu
+        ]
+        turned(evidence, math.radians(0.67 * age_s))
+        assert evidence.model is not None
+        evidence.model = evidence.model._replace(turn_radps=-math.radians(0.02) * wave)
+
+    found = passage.go(8.0, creeps)
+    assert found and {finding.channel for _, finding in found} == {HEADING}
