@@ -382,7 +382,7 @@ class Allocator(_AllocatorBase):
         lone one may have to turn back as soon as a wave has passed, and until its thrust is back there is none."""
         turn_s = abs(turn_rad) / t.azimuth_rate_radps
         if not self._alone:
-            return self._useful * turn_s / _WORTH_A_TURN
+            return self._useful * turn_s / max(_WORTH_A_TURN, self._missing)
         return 2.0 * self._useful * (turn_s + t.max_n / t.force_rate_nps) / max(_WORTH_A_TURN, self._lacking)
 
     def _worth_a_turn(self) -> float:
