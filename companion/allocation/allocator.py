@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
-from companion.allocation.solver import AllocationSolver, Problem
+from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
 from companion.allocation.strong_side import StrongSide
 from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
@@ -159,6 +159,8 @@ class Allocator(_AllocatorBase):
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
+        # Of the demand, in limits: what is not given, and how much more that would be without thrust.
+        self._lacking = self._useful = 0.0
         self._alone = len(self._thrusters) == 1
         self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
@@ -186,6 +188,8 @@ class Allocator(_AllocatorBase):
         self._short = any(allocation.limited)
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
+        self._lacking = self._off(wrench, allocation.achieved)
+        self._useful = max(0.0, self._off(wrench, ZERO_WRENCH) - self._lacking)
         return allocation
 
     def _stays_aimed(self, surge_mps: float) -> bool:
@@ -366,9 +370,20 @@ class Allocator(_AllocatorBase):
         pace = 1.0 if apart and not t.sectors.free else self._worth_a_turn() if stopped and turned else 0.0
         apart = pace > 0.0
         self._apart_s[i] = self._apart_s[i] + pace * dt_s if apart else 0.0
-        if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
+        price_s = self._price_s(t, wanted_rad - present)
+        waited = self._apart_s[i] >= max(_APART_S, price_s)
+        if (waited and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad
             self._apart_s[i] = 0.0
+
+    def _price_s(self, t: Thruster, turn_rad: float) -> float:
+        """How long a thruster waits, at full pace, before it turns without thrust: until as much has been missing as
+        the way will cost. Without it the others give little of what is demanded: their moment would turn the boat. A
+        lone one may have to turn back as soon as a wave has passed, and until its thrust is back there is none."""
+        turn_s = abs(turn_rad) / t.azimuth_rate_radps
+        if not self._alone:
+            return self._useful * turn_s / max(_WORTH_A_TURN, self._missing)
+        return 2.0 * self._useful * (turn_s + t.max_n / t.force_rate_nps) / max(_WORTH_A_TURN, self._lacking)
 
     def _worth_a_turn(self) -> float:
         """How much is missing: 1 for so much that a thruster at its stop should turn round at once, 0 for nothing."""
@@ -411,6 +426,15 @@ class Allocator(_AllocatorBase):
             abs(demanded.surge_n - achieved.surge_n) / x,
             abs(demanded.sway_n - achieved.sway_n) / y if y > 0.0 else 0.0,
             abs(demanded.yaw_nm - achieved.yaw_nm) / n,
+        )
+
+    def _off(self, demanded: Wrench, achieved: Wrench) -> float:
+        """Distance of two wrenches, in limits. Yaw counts as in the solver."""
+        x, y, n = self._scales
+        return math.hypot(
+            (demanded.surge_n - achieved.surge_n) / x,
+            (demanded.sway_n - achieved.sway_n) / y if y > 0.0 else 0.0,
+            math.sqrt(YAW_PRIORITY) * (demanded.yaw_nm - achieved.yaw_nm) / n,
         )
 
     def _others_cross(self, i: int) -> bool:

@@ -22,7 +22,7 @@ from companion.allocation.geometry import Thruster
 
 _OPTIMAL = 1
 _SLACK_SCALE = 1.0e4  # cost of missing an axis by its whole limit, against 1 for one thruster's full force
-_YAW_PRIORITY = 4.0  # a boat that loses its heading loses the other axes too
+YAW_PRIORITY = 4.0  # a boat that loses its heading loses the other axes too
 _CHANGE_COST = 0.05  # cost of changing the force by its whole range in one cycle
 _TURN_COST = 1.0  # cost of one radian of azimuth change in one cycle
 _SMALL_SHARE = 0.05  # share of full force below which the cost of power is quadratic
@@ -142,7 +142,7 @@ class AllocationSolver:
     def __init__(self, thrusters: Sequence[Thruster], scales: tuple[float, float, float]) -> None:
         self._thrusters = tuple(thrusters)
         self._turning = tuple(i for i, t in enumerate(thrusters) if t.turns)
-        priority = (1.0, 1.0, _YAW_PRIORITY)
+        priority = (1.0, 1.0, YAW_PRIORITY)
         self._weights = tuple(
             p * _SLACK_SCALE / (scale * scale) if scale > 0.0 else 0.0
             for p, scale in zip(priority, scales, strict=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from companion.analysis.polar import can_hold, strongest, wrench_against
 from companion.config.dimensions.form import GRAVITY_MPS2, TRAITS, WATER_KGPM3
 from companion.config.vessel import VesselConfig
+from companion.control.heading import held_nm_per_rad
 from companion.core.actuation import Wrench
 
 MOST_MPS, MOST_CURRENT_MPS, MOST_HEIGHT_M = 40.0, 5.0, 2.0
@@ -30,6 +31,7 @@ _HEIGHT_S, _PERIOD_SHARE, _PERIOD_POWER = 0.0162, 0.624, 1.0 / 3.0
 _AT_TEN_M = 1.5  # wind at 10 m over that at a small boat
 _PERIOD_S = 4.2  # of a sea of 1 m; it grows with the root of the height
 _WEAK_MPS = 5.5  # a moderate breeze
+_OFF_BOW_RAD = math.radians(20.0)
 
 
 Demand = Callable[[float, float], Wrench]
@@ -39,7 +41,7 @@ Demand = Callable[[float, float], Wrench]
 @dataclass(frozen=True, slots=True)
 class Limit:
     """What is held from ahead and from any side. Of a boat that cannot push itself sideways `side` is the most in which
-    its bow comes round; None where that is not known, or nothing turns it away. `most` was not looked beyond."""
+    its bow comes round and stays; None where that is not known, or nothing turns it away. `most` bounds the search."""
 
     ahead: float
     side: float | None
@@ -152,6 +154,12 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
     sideways, yaw_nm = config.limits.sway_n > 0.0, config.limits.yaw_nm
     turns = turns and not any(thruster.kind in ("jet", "rudder") for thruster in config.thrusters)
 
+    loop_nm = held_nm_per_rad(config) * _OFF_BOW_RAD
+
+    def kept() -> float:
+        """The most in which the heading loop holds the bow to it: wind turns a bow that is a little off further off."""
+        return strongest(lambda value: abs(demand(value, _OFF_BOW_RAD).yaw_nm) <= loop_nm, most, _STEPS)
+
     def from_side(from_rad: float) -> float:
         if sideways:
             return strongest(lambda value: can_hold(config, demand(value, from_rad)), most, _STEPS)
@@ -159,7 +167,8 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
 
     angles = [math.tau * n / _DIRECTIONS for n in range(_DIRECTIONS)]
     ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
-    return Limit(ahead, min(map(from_side, angles)) if sideways or turns else None, most)
+    sides = [*map(from_side, angles), *(() if sideways else (kept(),))]
+    return Limit(ahead, min(sides) if sideways or turns else None, most)
 
 
 def _box(config: VesselConfig) -> tuple[float, float, float]:

@@ -9,17 +9,16 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from companion.cli.common import UsageError
 from companion.cli.drawing import characters
-from companion.cli.new_file import BOARDS, LAYOUTS, RECEIVERS, Answers, file_text
+from companion.cli.new_file import BOARDS, FORMS, LAYOUTS, RECEIVERS, Answers, file_text
 from companion.config.dimensions import motors
 from companion.config.dimensions.completion import figures_of
 from companion.config.dimensions.derivation import top_speed_mps
-from companion.config.dimensions.form import Form
 from companion.config.plausibility import judgements
-from companion.config.vessel import VesselConfig, parse
+from companion.config.vessel import ConfigError, VesselConfig, parse
 
 Known = Mapping[str, Any]
 
@@ -36,6 +35,9 @@ class Question:
 
 
 _UNIT = re.compile(r"\s*(m/s|m|kg|V|N|deg|°)$")
+_LENGTHS = {"cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+_MASSES = {"lb": 0.45359, "lbs": 0.45359, "t": 1000.0}
+_SPEEDS = {"km/h": 1.0 / 3.6, "kn": 0.51444, "knots": 0.51444}
 
 
 def _read_number(text: str) -> float:
@@ -53,8 +55,23 @@ def _number(text: str) -> float:
     return value
 
 
-def _known_or_number(text: str) -> float | None:
-    return None if text in ("", "-") else _number(text)
+def _in_units(others: Mapping[str, float]) -> Callable[[str], float]:
+    """Reads a number in the question's unit, or in another one of `others` (SI for each of it) that is written out."""
+
+    def read(text: str) -> float:
+        value, _, unit = text.rpartition(" ") if " " in text else ("", "", "")
+        if not value and (found := re.fullmatch(r"([\d.,]+)([a-z/]+)", text)):
+            value, unit = found[1], found[2]
+        return float(f"{_number(value) * others[unit]:.6g}") if unit in others else _number(text)
+
+    return read
+
+
+_metres, _kilograms, _speed = _in_units(_LENGTHS), _in_units(_MASSES), _in_units(_SPEEDS)
+
+
+def _or_unknown(read: Callable[[str], float]) -> Callable[[str], float | None]:
+    return lambda text: None if text in ("", "-") else read(text)
 
 
 def _degrees(text: str) -> float:
@@ -74,10 +91,14 @@ def _one_of(words: Mapping[str, str] | tuple[str, ...]) -> Callable[[str], str]:
 
 
 def _motor(text: str) -> str:
+    if re.fullmatch(r"-?[\d.,]+", text):
+        return f"{_number(text):g}"
     try:
         _number(text)
     except ValueError:
         if motors.find(text) is None:
+            if re.fullmatch(r"[\d.]+ *lbs?", text.lower()):
+                raise ValueError(f"of a trolling motor it is 'trolling {text}'; else give its thrust in N") from None
             raise ValueError(motors.unknown_motor(text).replace("or give max_n", "or give its thrust in N")) from None
     return text
 
@@ -96,18 +117,18 @@ def _choices(words: Mapping[str, str]) -> str:
 QUESTIONS: tuple[Question, ...] = (
     Question("name", "Short name", _name),
     Question("title", "Name for people", str, lambda known: str(known["name"]).replace("_", " ")),
-    Question("form", f"Form of the hull ({', '.join(get_args(Form))})", _one_of(get_args(Form))),
-    Question("length_m", "Length of the waterline, m", _number),
-    Question("beam_m", "Width over all, m", _number),
-    Question("mass_kg", "Mass afloat with batteries, kg", _number),
+    Question("form", f"Form of the hull:{_choices(FORMS)}which", _one_of(FORMS)),
+    Question("length_m", "Length of the waterline, m", _metres),
+    Question("beam_m", "Width over all, m", _metres),
+    Question("mass_kg", "Mass afloat with batteries, kg", _kilograms),
     Question(
         "hull_beam_m",
         "Width of one of the two hulls at the waterline, m",
-        _number,
+        _metres,
         when=lambda known: known["form"] == "catamaran",
     ),
-    Question("draft_m", "Depth below the water, m (- if unknown)", _known_or_number, lambda known: None),
-    Question("top_speed_mps", "Top speed, m/s (- if unknown)", _known_or_number, lambda known: None),
+    Question("draft_m", "Depth below the water, m (- if unknown)", _or_unknown(_metres), lambda known: None),
+    Question("top_speed_mps", "Top speed, m/s (- if unknown)", _or_unknown(_speed), lambda known: None),
     Question("layout", f"Thrusters:{_choices(LAYOUTS)}which", _one_of(LAYOUTS), lambda known: "twin"),
     Question(
         "motor",
@@ -117,35 +138,35 @@ QUESTIONS: tuple[Question, ...] = (
     Question(
         "voltage_v",
         "Voltage at the motor, V (- if unknown)",
-        _known_or_number,
+        _or_unknown(_number),
         lambda known: None,
         lambda known: not re.fullmatch(r"[\d.]+", str(known["motor"])),
     ),
     Question(
         "spread_m",
         "Distance from the port to the starboard thrusters, m",
-        _number,
+        _metres,
         lambda known: round(known["beam_m"] - (known.get("hull_beam_m") or 0.3 * known["beam_m"]), 3),
         lambda known: known["layout"] in ("twin", "twin-bow", "vectored"),
     ),
     Question(
         "rudder_span_m",
         "Height of the rudder blade, m (- if unknown)",
-        _known_or_number,
+        _or_unknown(_metres),
         lambda known: None,
         lambda known: known["layout"] == "rudder",
     ),
     Question(
         "rudder_chord_m",
         "Width of the rudder blade, fore and aft, m (- if unknown)",
-        _known_or_number,
+        _or_unknown(_metres),
         lambda known: None,
         lambda known: known["layout"] == "rudder",
     ),
     Question(
         "nozzle_m",
         "Inner diameter of the jet's nozzle, m (- if unknown)",
-        _known_or_number,
+        _or_unknown(_metres),
         lambda known: None,
         lambda known: known["layout"] == "jet",
     ),
@@ -156,6 +177,17 @@ QUESTIONS: tuple[Question, ...] = (
     Question("lat_deg", "Latitude of its home, degrees", _degrees, lambda known: 63.442),
     Question("lon_deg", "Longitude of its home, degrees", _degrees, lambda known: 10.4),
 )
+
+
+def _option(key: str) -> str:
+    return "--" + re.sub(r"_(m|kg|mps|v|deg)$", "", key).replace("_", "-")
+
+
+_OPTION_OF = {
+    **{question.key: _option(question.key) for question in QUESTIONS},
+    "thruster[1].jet": "--nozzle",
+    "thruster[1].rudder.chord_m": "--rudder-chord",
+}
 
 
 _INERTIA = {
@@ -171,8 +203,9 @@ def add_to(commands: Any) -> None:
     new = commands.add_parser("new", help="write a vessel's file from what you can measure, by questions or options")
     new.add_argument("file", type=Path, metavar="FILE", help="the TOML file to write; it must not exist yet")
     for question in QUESTIONS:
-        option = "--" + re.sub(r"_(m|kg|mps|v|deg)$", "", question.key).replace("_", "-")
-        new.add_argument(option, dest=question.key, metavar="VALUE", help=" ".join(question.text.split()))
+        new.add_argument(
+            _option(question.key), dest=question.key, metavar="VALUE", help=" ".join(question.text.split())
+        )
     new.add_argument("--yes", action="store_true", help="ask nothing: what is not given takes its default")
     new.set_defaults(command=_new)
 
@@ -184,7 +217,7 @@ def _new(arguments: argparse.Namespace) -> int:
     asks = not arguments.yes and sys.stdin.isatty()
     answers = _answers(arguments, asks)
     text = file_text(answers)
-    config = parse(text, str(arguments.file))
+    config = _checked(text)
     print(characters(config))
     print()
     for line in summary(config):
@@ -194,6 +227,21 @@ def _new(arguments: argparse.Namespace) -> int:
     arguments.file.write_text(text, encoding="utf-8")
     print(f"{arguments.file}: written. Next: companion check {arguments.file}")
     return 0
+
+
+def _checked(text: str) -> VesselConfig:
+    """The vessel of a file that is not written yet. Raises UsageError with the option that each fault comes from."""
+    try:
+        return parse(text, "")
+    except ConfigError as error:
+        raise UsageError("\n".join(f"new: {_as_option(problem)}" for problem in error.problems)) from error
+
+
+def _as_option(problem: str) -> str:
+    """A fault of a file without its place there, and with the option in place of the key."""
+    key, _, said = re.sub(r"^:\d*:? *", "", problem).partition(": ")
+    option = _OPTION_OF.get(re.sub(r"^(hull|home)\.", "", key))
+    return f"{option or key}: {said}"
 
 
 def summary(config: VesselConfig) -> list[str]:
@@ -231,7 +279,7 @@ def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
             if asks:
                 known[question.key] = _asked(question, known)
             elif question.default is None:
-                missing.append("--" + re.sub(r"_(m|kg|mps|v|deg)$", "", question.key).replace("_", "-"))
+                missing.append(_option(question.key))
                 break
             else:
                 known[question.key] = question.default(known)
@@ -244,7 +292,8 @@ def _read(question: Question, text: str) -> Any:
     try:
         return question.read(text)
     except ValueError as error:
-        raise UsageError(f"new: {question.text}: '{text}': {error}") from error
+        asked = question.text.partition("\n")[0].rstrip(":")
+        raise UsageError(f"new: {asked}: '{text}': {error}") from error
 
 
 def _asked(question: Question, known: Known) -> Any:

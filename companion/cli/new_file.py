@@ -8,6 +8,13 @@ from dataclasses import dataclass
 
 from companion.config.dimensions.form import WATER_KGPM3
 
+FORMS: Mapping[str, str] = {
+    "monohull": "one hull: launch, canoe, kayak, model ship",
+    "catamaran": "two hulls",
+    "inflatable": "with tubes: dinghy, paddle board",
+    "barge": "a box: raft, pontoon, punt",
+    "planing": "one hull that planes at speed: speedboat, RIB, jet ski",
+}
 LAYOUTS: Mapping[str, str] = {
     "twin": "two fixed thrusters at the stern",
     "twin-bow": "two fixed thrusters at the stern and one across the bow",

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
+from companion.config.dimensions.motors import find
 from companion.config.hull import humps
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
@@ -15,6 +16,8 @@ from companion.config.vessel import VesselConfig
 
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
 _OVER_HULL_SPEED = 2.5
+_WIDE = 1.2  # beam over length
+_OVERVOLTED = 1.5  # times the highest voltage in the table of motors
 _OUTSIDE = 1.1  # of half the length or beam
 _ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
@@ -110,6 +113,15 @@ def _speed(config: VesselConfig) -> Iterator[Judgement]:
         and config.hull.damping.x_u >= 0.0
         and hull_mps * _OVER_HULL_SPEED < top_mps < math.inf
     ):
+        given_mps = config.hull.top_speed_mps
+        if given_mps is not None:
+            yield Judgement(
+                ("hull", "top_speed_mps"),
+                f"{given_mps:g} m/s are {given_mps / hull_mps:.1f} times the hull speed: check it, in m/s; "
+                f"{given_mps:g} km/h are {given_mps / 3.6:.1f} m/s, {given_mps:g} knots {given_mps * 0.5144:.1f} m/s",
+                'Missions and RTL: planned for a faster boat. A hull that planes has form = "planing"',
+            )
+            return
         yield Judgement(
             ("hull", "damping", "x_uu"),
             f"top speed {top_mps:.1f} m/s by the model, {top_mps / hull_mps:.1f} times the hull speed",
@@ -127,6 +139,29 @@ def _planing(config: VesselConfig) -> Iterator[Judgement]:
             f"does not plane: top speed {top_mps:.1f} m/s by the model, its hump is at {hump[0]:.1f} m/s",
             "Missions, RTL and Follow: planned for a slow boat. If it planes, give its top_speed_mps",
         )
+
+
+def _shape(config: VesselConfig) -> Iterator[Judgement]:
+    if config.beam_m > _WIDE * config.length_m:
+        yield Judgement(
+            ("beam_m",),
+            f"{config.beam_m:g} m wide and {config.length_m:g} m long: length is fore and aft",
+            "All modes: speed, turns and drift are those of a boat that goes sideways",
+        )
+
+
+def _volts(config: VesselConfig) -> Iterator[Judgement]:
+    for i, thruster in enumerate(config.thrusters):
+        motor = find(thruster.motor) if thruster.motor is not None else None
+        if motor is None or thruster.voltage_v is None:
+            continue
+        most_v = motor.thrust[-1][0]
+        if thruster.voltage_v > _OVERVOLTED * most_v:
+            yield Judgement(
+                ("thruster", i, "voltage_v"),
+                f"{thruster.voltage_v:g} V at a motor whose thrust is known up to {most_v:g} V: check it, in V",
+                "All modes: the thrust is extrapolated, and the motor may not stand it",
+            )
 
 
 def _turning(config: VesselConfig) -> Iterator[Judgement]:
@@ -211,6 +246,8 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _radians,
     _speed,
     _planing,
+    _shape,
+    _volts,
     _turning,
     _places,
     _antenna_pairs,

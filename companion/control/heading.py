@@ -25,10 +25,13 @@ _SWING_SHARE = 0.6
 _SLOW_SWING_SHARE = 1.0  # the same for one that turns slower than the file says: the loop may be oscillating already
 _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset to learn
 _STALLED_SHARE = 0.25  # of the turn that is asked for
+# In which a stalled bow gets as much moment again as the loop gives it; once it is free, the same is forgotten.
+_HEAVE_S = 1.5
 
 
 class YawLoop:
-    """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers nothing itself.
+    """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers the moment by which it heaves
+    a bow round that the weather holds.
 
     Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its rate of turn, if that is less."""
 
@@ -39,6 +42,7 @@ class YawLoop:
         self._may_stall = _may_stall(config)
         self._sails = config.has_sail
         self._parameters = parameters
+        self._heave_nm = 0.0
 
     def steers_at(self, rate_radps: float) -> None:
         """The rate at which the nozzle or the rudder turns, where it is not the configured one."""
@@ -81,7 +85,7 @@ class YawLoop:
         kp, ki, kd = _gains(hull.m33_kgm2, resisting, bandwidth, self._integral_share(rate))
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         learned_nm = bias.in_body(nav.yaw_rad)[2]
-        growth = -ki * self._offset(error, nav.yaw_rate_radps, fastest) - self._forgotten_1ps(rate) * learned_nm
+        growth = -ki * self._offset(error) - self._forgotten_1ps(rate) * learned_nm
         if growth != 0.0:
             bias.grow(0.0, 0.0, growth, nav.yaw_rad, dt_s)
         _, _, drag = damping(hull, ahead, 0.0, rate)
@@ -89,11 +93,12 @@ class YawLoop:
         # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
         bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
         pull = min(bound, max(-bound, error))
+        heave = self._heaved_nm(error, bound, nav.yaw_rate_radps, kd * fastest, dt_s)
         u, v = (nav.surge_mps, nav.sway_mps) if flow is None else flow
         _, _, munk = coriolis(hull, u, v, 0.0)
         munk += hull.damping.n_uv * abs(u) * v
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
-        return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
+        return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + heave + bias.in_body(nav.yaw_rad)[2]
 
     def _integral_share(self, rate_radps: float) -> float:
         """Integral action as a share of the bandwidth, in a turn at that rate. None under sail, where what turns the
@@ -106,13 +111,23 @@ class YawLoop:
         """Share of the learned moment that is forgotten a second, in a turn at that rate."""
         return _in_bend(rate_radps) / _FORGET_S if self._slowed else 0.0
 
-    def _offset(self, error: float, rate_radps: float, fastest: float) -> float:
-        """The error that the bias learns from. A large one is a turn, unless the boat does not turn: the weather then
-        holds its bow, and would do so for ever."""
-        if abs(error) < _LARGE_ERROR_RAD:
-            return error
-        stalled = self._may_stall and -math.copysign(rate_radps, error * rate_radps) < _STALLED_SHARE * fastest
-        return math.copysign(_LARGE_ERROR_RAD, error) if stalled else 0.0
+    def _offset(self, error: float) -> float:
+        """The error that the bias learns from. A large one is a turn."""
+        return error if abs(error) < _LARGE_ERROR_RAD else 0.0
+
+    def _heaved_nm(self, error: float, bound: float, rate_radps: float, turning_nm: float, dt_s: float) -> float:
+        """The moment against weather that holds the bow: it grows while the boat does not turn as asked for, and falls
+        with the rest of the turn (`bound`: the error at which that begins). The bias would be too slow, and would turn
+        the bow through the wind to the other side. `turning_nm`: what the loop gives for the fastest turn."""
+        side = -math.copysign(1.0, error)
+        heave = max(0.0, side * self._heave_nm)
+        asked = min(1.0, abs(error) / bound)
+        if not self._may_stall or abs(error) < _LARGE_ERROR_RAD:
+            heave -= heave * min(1.0, dt_s / _HEAVE_S)
+        elif side * rate_radps < _STALLED_SHARE * asked * math.radians(self._parameters["PATH_YAW_RATE"]):
+            heave = min(self._config.limits.yaw_nm, heave + asked * turning_nm * dt_s / _HEAVE_S)
+        self._heave_nm = side * heave
+        return asked * self._heave_nm
 
 
 def _gains(inertia_kgm2: float, drag: float, bandwidth_radps: float, integral: float) -> tuple[float, float, float]:
@@ -126,6 +141,12 @@ def _gains(inertia_kgm2: float, drag: float, bandwidth_radps: float, integral: f
     slow = (drag + kd) * bandwidth_radps / kp - 1.0
     more = math.sqrt(max(1.0, slow))
     return more * kp, more * ki, kd
+
+
+def held_nm_per_rad(config: VesselConfig) -> float:
+    """The moment for each radian off the heading, of a boat at rest: stronger weather turns its bow away from it."""
+    bandwidth_radps = Parameters(config.parameters)["PATH_BW_YAW"]
+    return _gains(config.hull.m33_kgm2, config.hull.damping.n_r, bandwidth_radps, _INTEGRAL_SHARE)[0]
 
 
 def _in_bend(rate_radps: float) -> float:

@@ -76,7 +76,7 @@ class BowKeeper:
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
-        self._returning = self._turning = self._coasting = False
+        self._returning = self._nearing = self._turning = self._coasting = False
         self._round_s = 0.0
         self._arrived = False
         self._stop = Stop(_REST_MPS)
@@ -101,7 +101,7 @@ class BowKeeper:
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
-        self._returning = self._turning = self._coasting = self._arrived = False
+        self._returning = self._nearing = self._turning = self._coasting = self._arrived = False
         self._round_s = 0.0
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
@@ -122,7 +122,7 @@ class BowKeeper:
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
             return PathSetpoint(nav.yaw_rad if self._needs_flow else self._heading_rad, 0.0, progress=progress)
-        self._judge(distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
+        self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m, dt_s)
         if stands:
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
@@ -173,18 +173,33 @@ class BowKeeper:
         self._coasting = up_m > edge * circle_m and abs(beside_m) < _COAST_BESIDE_SHARE * circle_m and near
         return self._coasting
 
-    def _judge(self, distance_m: float, inward_m2ps: float) -> None:
-        """`inward_m2ps`: distance times the speed towards the point."""
+    def _judge(self, nav: NavState, distance_m: float, inward_m2ps: float) -> None:
+        """Whether the boat is on its way back. `inward_m2ps`: distance times the speed towards the point."""
         circle_m = self._parameters["DP_WATCH_R"]
         calm = self._upstream_rad() is None
         watches = distance_m > 0.0 and not self._needs_flow  # a rudder lies better in the stream than on its way back
         outward_mps = max(0.0, -inward_m2ps / distance_m) if watches else 0.0
+        if calm:  # what is faster is the boat's own way, which ends
+            outward_mps = min(outward_mps, self._least_mps)
         soon_m = distance_m + self._swing_s * outward_mps
-        if soon_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
+        out_m = (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m
+        if soon_m > out_m:
             self._returning = True
-        elif soon_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
-            self._returning = False
+        elif soon_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m or (calm and self._passed(inward_m2ps)):
+            self._rest(nav, calm)
+        self._nearing = self._returning and (self._nearing or inward_m2ps > 0.0)
         self._arrived = self._arrived or not self._returning
+
+    def _passed(self, inward_m2ps: float) -> bool:
+        """Whether the boat, on its way back, has begun to go away from the point: it passes beside it, and would go
+        round it for ever."""
+        return self._nearing and inward_m2ps < 0.0
+
+    def _rest(self, nav: NavState, calm: bool) -> None:
+        """End the way back. Without a drift it lies as it came: a near point's bearing would turn it for nothing."""
+        if self._returning and calm:
+            self._lie_rad = nav.yaw_rad
+        self._returning = False
 
     def _lie(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> float:
         """The heading to the anchor. Learns the heading to lie at. Without a drift nothing would carry the boat

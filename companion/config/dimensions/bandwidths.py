@@ -26,7 +26,7 @@ _HUMPS = 1.5  # RescueRunner's
 # In positioning; back to the point of a boat that drifts, faster than the drift (RescueRunner's).
 _MOST_POSITIONING_MPS, _MOST_BACK_MPS = 0.5, 2.5
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
-_MOST_FENCE_M = 50.0  # that the parameter takes
+_MOST_FENCE_M, _MOST_WATCH_M, _MOST_REACHED_M, _MOST_MPS = 50.0, 100.0, 100.0, 25.0  # that the parameters take
 _COASTS = 2.0  # lengths that a boat without way astern goes on after the end of a mission before it holds
 _DRIFT_CIRCLE = 6.0  # the same without way astern: it coasts after each way back (RescueRunner has 7)
 # Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
@@ -77,7 +77,9 @@ def figures(
             receiver,
             _DRIFT_CIRCLE if drifts else _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else _BOW_CIRCLE,
         ),
-        "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
+        "NAV_ACC_RAD": _within(
+            1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m, _MOST_REACHED_M
+        ),
     }
     # Without sideways thrust it may drift through its watch circle, beside the fence too; one that turns in a circle
     # swings its ends through it.
@@ -114,7 +116,7 @@ def _speeds(
     positioning = _within(0.1, _POSITIONING_SHARE * top_mps, positioning_mps)
     return {
         "WP_SPEED": cruise_mps,
-        "MPC_XY_VEL_MAX": max(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps),
+        "MPC_XY_VEL_MAX": _within(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps, _MOST_MPS),
         "DP_SPEED_AHEAD": positioning,
         "DP_SPEED_ASTERN": 0.5 * positioning,
         "DP_SPEED_SWAY": _within(0.05, 0.3 * positioning, 0.15),
@@ -148,7 +150,7 @@ def _circles(length_m: float, receiver: str, lengths: float) -> dict[str, float]
     """Watch circle and alarm circle: by length, receiver and how many lengths the boat needs to turn in."""
     by_receiver = {"rtk": 0.0, "sbas": 2.0, "standalone": 5.0}[receiver]
     watch_m = lengths * length_m + by_receiver
-    watch_m = max(3.0, watch_m)
+    watch_m = _within(3.0, watch_m, _MOST_WATCH_M)
     return {
         "DP_WATCH_R": watch_m,
         "DP_ALARM_R": 2.0 * watch_m,

@@ -43,6 +43,7 @@ TRAITS: Mapping[str, FormTraits] = {
 LEAST_BLOCK, MOST_BLOCK = 0.15, 1.0
 _MOST_SLENDER = 30.0  # length over beam, and beam over length
 _LEAST_DRAFT_SHARE, _MOST_DRAFT_SHARE = 0.002, 0.5  # of the length
+_LEAST_SHOWN_M = 0.001
 _MOST_PRISMATIC = 0.65  # of a hull with fine ends
 
 
@@ -169,7 +170,7 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
         height_m=numbers.get("height_m", traits.height_share * length_m),
         top_speed_mps=numbers.get("top_speed_mps"),
     )
-    if problem := _out_of_scale(found):
+    if problem := _out_of_scale(found, "draft_m" in numbers):
         return None, [problem]
     if not LEAST_BLOCK <= found.block <= MOST_BLOCK:
         fits = f"from {_draft(found, MOST_BLOCK):.2f} to {_draft(found, LEAST_BLOCK):.2f} m"
@@ -178,14 +179,17 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
     return found, []
 
 
-def _out_of_scale(boat: Dimensions) -> Problem | None:
+def _out_of_scale(boat: Dimensions, draft_given: bool) -> Problem | None:
     """A dimension or mass that no boat has, most likely in another unit."""
     slender = boat.length_m / boat.beam_m
     if not 1.0 / _MOST_SLENDER <= slender <= _MOST_SLENDER:
         return ("hull", "length_m"), f"{boat.length_m:g} m long and {boat.beam_m:g} m wide: check both, in m"
     if not _LEAST_DRAFT_SHARE <= boat.draft_m / boat.length_m <= _MOST_DRAFT_SHARE:
-        text = f"{boat.mass_kg:g} kg on {boat.length_m:g} m of length float {boat.draft_m:.3g} m deep: check it, in kg"
-        return ("hull", "mass_kg"), text
+        if draft_given:
+            return ("hull", "draft_m"), f"{boat.draft_m:g} m deep and {boat.length_m:g} m long: check both, in m"
+        deep = f"{boat.draft_m:.3g} m" if boat.draft_m >= _LEAST_SHOWN_M else f"less than {_LEAST_SHOWN_M:g} m"
+        floats = f"{boat.mass_kg:g} kg on {boat.length_m:g} m of length float {deep} deep"
+        return ("hull", "mass_kg"), f"{floats}: check it, in kg, and length and beam, in m"
     return None
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from companion.config.devices import JetConfig, ThrusterConfig
 from companion.config.dimensions.figure import Figure
-from companion.config.dimensions.form import Dimensions, above_zero
+from companion.config.dimensions.form import WATER_KGPM3, Dimensions, above_zero
 from companion.config.dimensions.surge_damping import planing_table, usual_speed_mps
 from companion.config.hull import humps
 from companion.config.kinds import Problem
@@ -67,6 +67,9 @@ def _missing(row: Mapping[str, Any], curve: Mapping[str, Any], boat: Dimensions 
     """(key, text) of what the jet cannot be completed without."""
     if not above_zero(row.get("ahead_n", row.get("max_n"))):
         return "max_n", "is missing: pull of the jet at full throttle with the boat at rest, in N: a scale at the quay"
+    area = curve.get("density_area_kgpm")
+    if boat is not None and above_zero(area) and area > WATER_KGPM3 * boat.hull_beam_m * boat.draft_m:
+        return "jet", f"density_area_kgpm = {area:.3g}: a nozzle larger than the hull below the water: check it, in m"
     if boat is None and not curve:
         return "kind", "a jet needs its table [thruster.jet], or [hull] a form"
     return None

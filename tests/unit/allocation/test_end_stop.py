@@ -7,7 +7,8 @@ import math
 import pytest
 
 from companion.allocation.allocator import Allocator
-from companion.config.vessel import find, load
+from companion.cli.new_file import Answers, file_text
+from companion.config.vessel import VesselConfig, find, load, parse
 from companion.core.actuation import Wrench
 from companion.params.store import Parameters
 
@@ -45,3 +46,40 @@ def test_motors_do_not_turn_round_for_little() -> None:
     missing_n(allocator, (-3.0, -6.0, 2.0), (-6.0, -4.0, 2.0), 10.0)
     after = [command.azimuth_rad for command in allocator.update(Wrench(-6.0, -4.0, 2.0), DT_S).thrusters]
     assert after == pytest.approx(before, abs=0.3)
+
+
+def made(layout: str, form: str) -> VesselConfig:
+    """A boat of `companion new`, whose thrusters have stops."""
+    answers = Answers(
+        "boat", "Boat", form, 4.0, 1.6, 400.0, None, None, None, layout, "200", None, 0.0,
+        "microcontroller", "two", 63.4, 10.4,
+    )  # fmt: skip
+    return parse(file_text(answers), "boat.toml")
+
+
+def shares_given(boat: VesselConfig, axis: str, demands: list[Wrench], seconds: float) -> float:
+    """Share of the time in which half of what is demanded on one axis is given, where the demands take turns."""
+    allocator, found = Allocator(boat, Parameters(boat.parameters)), []
+    for k in range(600):
+        demand = demands[int(k * DT_S / seconds) % len(demands)]
+        given, asked = getattr(allocator.update(demand, DT_S).achieved, axis), getattr(demand, axis)
+        found.append(given / asked > 0.5)
+    return sum(found[100:]) / len(found[100:])
+
+
+def test_pods_at_their_stops_do_not_turn_round_for_every_gust() -> None:
+    """A barge in a crosswind: for a little thrust astern both pods turned from stop to stop, one after the other, and
+    gave nothing for five seconds. It went over its fence."""
+    boat = made("two-azimuths", "barge")
+    x, y = boat.limits.surge_n, boat.limits.sway_n
+    across = [Wrench(0.12 * x, 0.9 * y, 0.0), Wrench(-0.12 * x, 0.9 * y, 0.0)]
+    assert shares_given(boat, "sway_n", across, 4.0) > 0.9
+
+
+def test_a_lone_outboard_turns_the_bow_in_waves() -> None:
+    """A canoe was carried off: each wave changed the sign of the thrust that was asked for, and the outboard swung from
+    stop to stop without any."""
+    boat = made("azimuth", "monohull")
+    x, n = boat.limits.surge_n, boat.limits.yaw_nm
+    waves = [Wrench(0.5 * x, 0.0, n), Wrench(-0.4 * x, 0.0, n)]
+    assert shares_given(boat, "yaw_nm", waves, 1.2) > 0.8

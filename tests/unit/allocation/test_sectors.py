@@ -180,7 +180,7 @@ def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() ->
     wrench = Wrench(300.0, 0.0, 85.0)
     first = allocator.update(wrench, DT_S)
     assert first.achieved.yaw_nm < 40.0
-    for _ in range(80):
+    for _ in range(160):
         last = allocator.update(wrench, DT_S)
     assert (last.achieved.surge_n, last.achieved.yaw_nm) == pytest.approx((300.0, 85.0), rel=0.05)
 

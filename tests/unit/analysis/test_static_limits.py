@@ -11,6 +11,7 @@ from companion.analysis.polar import wrench_against
 from companion.analysis.static_limits import drift, lines, static_limits, weakness, wind_sea
 from companion.cli.new_file import Answers, file_text
 from companion.config.vessel import VesselConfig, find, load, parse
+from companion.control.heading import held_nm_per_rad
 from docs.generate.wave_balance import mean_drift
 
 KAYAK = Answers(
@@ -59,6 +60,16 @@ def test_a_boat_without_sideways_thrust_is_told_in_which_wind_its_bow_comes_roun
     narrow = kayak(layout="twin", spread_m=0.02)
     poor = static_limits(narrow)
     assert poor is not None and any("does not come round" in text for text in weakness(narrow, poor))
+
+
+def test_wind_that_the_heading_loop_cannot_hold_counts() -> None:
+    """A boat of 4 kg has moment enough, but not bandwidth: in 8 m/s its bow swung from beam to beam."""
+    light = kayak(layout="twin", length_m=0.9, beam_m=0.34, mass_kg=3.7, motor="7", spread_m=0.24)
+    found = static_limits(light)
+    assert found is not None and found.wind.side is not None
+    pushed = wrench_against(light, found.wind.side, math.radians(20.0))
+    assert abs(pushed.yaw_nm) == pytest.approx(held_nm_per_rad(light) * math.radians(20.0), rel=0.05)
+    assert abs(pushed.yaw_nm) < 0.5 * light.limits.yaw_nm
 
 
 def test_a_file_without_windage_has_no_limits() -> None:

@@ -37,6 +37,33 @@ def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pyte
     assert not Path(file).exists()
 
 
+def test_a_fault_of_the_boat_names_the_option_that_it_comes_from(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It named a line of a file that was never written."""
+    file = tmp_path / "boat.toml"
+    for options, said in (
+        (["--mass", "30000"], "new: --mass: 30000 kg on 1.2 m of length float"),
+        (["--hull-beam", "0.8"], "new: --hull-beam: two hulls of 0.8 m are wider than beam_m, 0.9"),
+        (["--lat", "91"], "new: --lat: should be less than or equal to 89"),
+        (["--motor", "0"], "'0': a number above 0"),
+        (["--motor", "55 lb"], "it is 'trolling 55 lb'"),
+        (["--form", "kayak"], "new: Form of the hull: 'kayak': one of monohull"),
+    ):
+        assert main(["new", str(file), "--yes", *CATAMARAN, *options]) == 2
+        error = capsys.readouterr().err
+        assert said in error and "boat.toml" not in error, error
+
+
+def test_lengths_masses_and_speeds_may_have_other_units(tmp_path: Path) -> None:
+    file = tmp_path / "boat.toml"
+    other = ["--length", "120 cm", "--mass", "66.14lb", "--hull-beam", "200mm", "--top-speed", "5.4 km/h"]
+    assert main(["new", str(file), "--yes", *CATAMARAN, *other]) == 0
+    boat = load(file)
+    found = (boat.length_m, boat.hull.mass_kg, boat.hull.hull_beam_m, boat.hull.top_speed_mps)
+    assert found == pytest.approx((1.2, 30.0, 0.2, 1.5), rel=1e-3)
+
+
 def test_a_file_that_exists_is_never_overwritten(tmp_path: Path) -> None:
     file = tmp_path / "boat.toml"
     file.write_text("mine")

@@ -29,7 +29,22 @@ def test_the_files_themselves_are_right(text: str) -> None:
     ("text", "right", "wrong", "place", "remedy"),
     [
         (TWIN, "length_m = 1.6", "length_m = 160", "hull.length_m", "160 m long and 1 m wide: check both, in m"),
-        (TWIN, "mass_kg = 55", "mass_kg = 55000", "hull.mass_kg", "float 134 m deep: check it, in kg"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55000", "hull.mass_kg", "float 134 m deep: check it, in kg, and length"),
+        (TWIN, "mass_kg = 55", "mass_kg = 0.001", "hull.mass_kg", "float less than 0.001 m deep: check it"),
+        (
+            TWIN,
+            "mass_kg = 55",
+            "mass_kg = 55\ndraft_m = 20",
+            "hull.draft_m",
+            "20 m deep and 1.6 m long: check both, in m",
+        ),
+        (
+            JET,
+            "max_n = 60",
+            "max_n = 60\n[thruster.jet]\ndensity_area_kgpm = 8e6",
+            "thruster[1].jet",
+            "larger than the hull",
+        ),
         (TWIN, "mass_kg = 55", "mass_kg = 0", "hull.mass_kg", "should be a number above 0, not 0"),
         (TWIN, "max_n = 60", 'max_n = "55 lb"', "thruster[1].max_n", "in N, not '55 lb'; 55 lb are 245 N"),
         (OUTBOARD, "max_n = 60", "max_n = -60", "thruster[1].max_n", "should be greater than 0"),
@@ -58,6 +73,9 @@ def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str
         (TWIN, "y_m = -0.375", "y_m = 0.375", "'port' has y_m = 0.375: y_m is positive to starboard"),
         (TWIN, "y_m = -0.375", "y_m = 0.375", "all thrusters lie on the same side"),
         (PODS, "x_m = 0.64", "x_m = -0.64", "'bow' has x_m = -0.64: x_m is positive ahead"),
+        (TWIN, "length_m = 1.6", "length_m = 0.7", "1 m wide and 0.7 m long: length is fore and aft"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 20", "check it, in m/s; 20 km/h are 5.6 m/s"),
+        (TWIN, "max_n = 60", 'motor = "T200"\nvoltage_v = 160', "160 V at a motor whose thrust is known up to 20 V"),
         (
             TWIN,
             'kind = "fixed"',
@@ -71,6 +89,14 @@ def test_a_wrong_sign_or_unit_that_still_loads_is_noted(text: str, right: str, w
     notes = [str(found) for found in judgements(parse(text.replace(right, wrong, 1), "boat.toml"))]
     assert any(said in note for note in notes), notes
     assert not any(said in str(found) for found in judgements(parse(text, "boat.toml")))
+
+
+@pytest.mark.parametrize("layout", ["twin", "rudder", "two-azimuths"])
+def test_a_very_large_or_fast_boat_has_parameters_that_it_may_have(layout: str) -> None:
+    large = replace(ANSWERS, form="monohull", length_m=120.0, beam_m=20.0, mass_kg=9e6, hull_beam_m=None, motor="3e5")
+    parse(file_text(replace(large, layout=layout)), "boat.toml")
+    fast = replace(ANSWERS, form="planing", hull_beam_m=None, mass_kg=200.0, motor="9000", top_speed_mps=40.0)
+    parse(file_text(replace(fast, layout=layout)), "boat.toml")
 
 
 def test_a_boat_without_way_astern_has_a_circle_in_which_it_can_drift_and_turn() -> None:

@@ -1,4 +1,4 @@
-"""A boat whose bow the weather can hold far off learns that moment."""
+"""A boat whose bow the weather holds far off heaves it round."""
 
 import math
 from dataclasses import replace
@@ -13,31 +13,48 @@ from companion.core.setpoint import PathSetpoint
 from companion.params.store import Parameters
 from companion.params.table import table_of
 
+TURN = PathSetpoint(0.0, 0.0)
 
-def learnt_nm(boat: VesselConfig, rate_radps: float) -> float:
-    """Moment that the bias has learnt after five seconds, two radians off the heading."""
+
+def heaved_nm(boat: VesselConfig, rate_radps: float) -> float:
+    """By how much the moment has grown after five seconds two radians off the heading, as a share of its limit."""
     loop = YawLoop(boat, Parameters(boat.parameters, table_of(boat)))
     bias = BiasForce(boat.limits)
     nav = replace(NO_ESTIMATE, yaw_rad=2.0, yaw_rate_radps=rate_radps)
-    for _ in range(50):
-        loop.moment_nm(PathSetpoint(0.0, 0.0), nav, bias, 0.1)
-    return bias.in_body(2.0)[2]
+    moments = [loop.moment_nm(TURN, nav, bias, 0.1) for _ in range(50)]
+    assert bias.in_body(2.0)[2] == 0.0, "what holds the bow is nothing to learn: it changes its side as the bow turns"
+    return (moments[0] - moments[-1]) / boat.limits.yaw_nm
 
 
 @pytest.mark.parametrize("name", ["otter", "wamv16"])
-def test_a_stalled_turn_is_learnt_and_a_running_one_is_not(name: str) -> None:
+def test_a_stalled_turn_gets_more_moment_and_a_running_one_does_not(name: str) -> None:
     boat = load(find(name))
-    assert learnt_nm(boat, 0.0) < -0.1 * boat.limits.yaw_nm
-    assert learnt_nm(boat, -math.radians(20.0)) == 0.0
+    assert heaved_nm(boat, 0.0) > 0.5
+    assert heaved_nm(boat, -math.radians(20.0)) == 0.0
 
 
 def test_a_rudder_may_stall_too() -> None:
     """A skiff weaved: its bow stood 100° off, and the loop asked for next to no moment against what it had learnt."""
     propeller = load(find("rescuerunner")).thrusters[0]
     boat = replace(load(find("otter")), thrusters=(replace(propeller, kind="rudder"),))
-    assert learnt_nm(boat, 0.0) < -0.1 * boat.limits.yaw_nm
+    assert heaved_nm(boat, 0.0) > 0.5
 
 
-def test_boats_with_turning_thrusters_learn_no_turn() -> None:
-    assert learnt_nm(load(find("revolt")), 0.0) == 0.0
-    assert learnt_nm(load(find("rescuerunner")), 0.0) == 0.0
+def test_boats_with_turning_thrusters_do_not_stall() -> None:
+    assert heaved_nm(load(find("revolt")), 0.0) == 0.0
+    assert heaved_nm(load(find("rescuerunner")), 0.0) == 0.0
+
+
+def test_the_heave_ends_with_the_turn() -> None:
+    """A boat of 4 kg turned its bow through the wind to its other beam: it had learnt there what held it on the first.
+    It was carried off."""
+    boat = load(find("otter"))
+    loop, bias = YawLoop(boat, Parameters(boat.parameters, table_of(boat))), BiasForce(boat.limits)
+    for _ in range(50):
+        loop.moment_nm(TURN, replace(NO_ESTIMATE, yaw_rad=2.0), bias, 0.1)
+    fresh = YawLoop(boat, Parameters(boat.parameters, table_of(boat)))
+    for yaw_rad in (0.0, -0.5):
+        there = replace(NO_ESTIMATE, yaw_rad=yaw_rad)
+        assert loop.moment_nm(TURN, there, bias, 0.1) == pytest.approx(
+            fresh.moment_nm(TURN, there, BiasForce(boat.limits), 0.1), abs=0.05 * boat.limits.yaw_nm
+        )

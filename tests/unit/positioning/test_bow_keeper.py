@@ -182,3 +182,14 @@ def test_a_boat_that_drifts_away_turns_to_its_point_while_still_inside_the_circl
     assert keeper.update(carried, None, 1.0, 0.1).yaw_rad == pytest.approx(-0.5 * math.pi)
     near = replace(at(east_m=1.0, yaw_rad=math.pi, current=stream), east_mps=0.1)
     assert abs(held(at(current=stream)).update(near, None, 1.0, 0.1).yaw_rad) > math.radians(130.0)
+
+
+def test_in_a_calm_a_boat_that_passes_beside_its_point_does_not_turn_after_it() -> None:
+    """A canoe with an outboard went round its point for minutes: it always pointed there, and slid by."""
+    keeper = held(at())
+    for north_m in (4.0, 3.0, 2.0, 1.2, 0.6):
+        going = replace(at(north_m, 1.0, math.pi), north_mps=-0.5)
+        keeper.update(going, None, 1.0, 0.1)
+    for north_m in (-0.1, -0.3, -0.5):
+        setpoint = keeper.update(replace(at(north_m, 1.0, math.pi), north_mps=-0.5), None, 1.0, 0.1)
+        assert abs(wrap_pi(setpoint.yaw_rad - math.pi)) < math.radians(1.0)
