@@ -86,8 +86,10 @@ class PathControl:
         )
         water_x, water_y = self._water(nav, nav.yaw_rad)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s, (nav.surge_mps - water_x, nav.sway_mps - water_y))
-        turning_x, turning_y, _ = coriolis(hull, u - water_x, v - water_y, r)
-        rise_x, rise_y = setpoint.surge_mps2 - r * water_y, setpoint.sway_mps2 + r * water_x  # through the water
+        # Without a measured wind its push is in the estimated current, and takes no added mass round with it.
+        stream_x, stream_y = (0.0, 0.0) if nav.wind_speed_mps is None else (water_x, water_y)
+        turning_x, turning_y, _ = coriolis(hull, u - stream_x, v - stream_y, r)
+        rise_x, rise_y = setpoint.surge_mps2 - r * stream_y, setpoint.sway_mps2 + r * stream_x  # through the water
         soon_rad = nav.yaw_rad + turned_soon_rad(setpoint)
         soon_x, soon_y = self._water(nav, soon_rad)
         soon_u, soon_v = u + _THRUST_LAG_S * setpoint.surge_mps2, v + _THRUST_LAG_S * setpoint.sway_mps2

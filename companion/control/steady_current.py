@@ -1,5 +1,8 @@
 """What the current demands of a boat that holds a point: the force and moment of the model in the mean of the estimated
-current. Without it the integral alone would have to learn them, which takes a minute after each start."""
+current. Without it the integral alone would have to learn them, which takes a minute after each start.
+
+Where no wind is measured, the estimated current has the wind's push in it. As a stream that would have moments and
+forces across that a push has not: then the integral learns all of it."""
 
 from __future__ import annotations
 
@@ -24,8 +27,8 @@ class SteadyCurrent:
         self._north_mps = self._east_mps = self._taken_s = 0.0
 
     def update(self, nav: NavState, dt_s: float) -> None:
-        """Take a cycle; one without an estimate of the current leaves the mean as it is."""
-        if nav.current_north_mps is None or nav.current_east_mps is None or dt_s <= 0.0:
+        """Take a cycle; one without an estimate of the current, or a measured wind, leaves the mean as it is."""
+        if nav.current_north_mps is None or nav.current_east_mps is None or nav.wind_speed_mps is None or dt_s <= 0.0:
             return
         self._taken_s = min(_MEAN_S, self._taken_s + dt_s)
         part = dt_s / self._taken_s
