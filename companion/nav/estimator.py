@@ -230,8 +230,8 @@ class Estimator:
 
     def _watch_latency(self) -> None:
         """What measurements say of how late the receiver in use is."""
-        inertial, source = self._inertial, self._positions.current
-        if inertial is None or not (inertial.running and inertial.feels) or source is None:
+        inertial, source = self._feeling, self._positions.current
+        if inertial is None or source is None:
             return
         found = self._receivers.update(inertial, source)
         inertial.late_sigma_s = self._receivers.unsure_s(source)
@@ -242,6 +242,12 @@ class Estimator:
     def _solution(self) -> InertialSolution | PoseSolution:
         inertial = self._inertial
         return inertial if inertial is not None and inertial.running else self._pose
+
+    @property
+    def _feeling(self) -> InertialSolution | None:
+        """The inertial solution while it runs, by forces too; None else."""
+        inertial = self._inertial
+        return inertial if inertial is not None and inertial.running and inertial.feels else None
 
     def _felt(self, measured: Imu) -> Imu:
         """The sample as it is used: without its forces, where those lie."""
@@ -497,10 +503,8 @@ class Estimator:
 
     def _time_velocity(self, velocity: GroundVelocity, lever: Vector) -> None:
         """Let a velocity tell how late its receiver is."""
-        inertial = self._inertial
-        if inertial is None or not (inertial.running and inertial.feels):
-            return
-        if velocity.source == self._positions.current:
+        inertial = self._feeling
+        if inertial is not None and velocity.source == self._positions.current:
             self._receivers.velocity(inertial, velocity.t_s, (velocity.north_mps, velocity.east_mps), lever)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:

@@ -182,8 +182,7 @@ class BowKeeper:
         if calm:  # what is faster is the boat's own way, which ends
             outward_mps = min(outward_mps, self._least_mps)
         soon_m = distance_m + self._swing_s * outward_mps
-        out_m = (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m
-        if soon_m > out_m:
+        if soon_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
             self._returning = True
         elif soon_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m or (calm and self._passed(inward_m2ps)):
             self._rest(nav, calm)
