@@ -20,11 +20,10 @@ from sitl.noise import stream
 from sitl.obstacles import Obstacles, Shoal, Wall
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_events, read_truth
-from sitl.scenarios.obstacles import clear_water_m, draw_course, hull_of, is_holding
+from sitl.scenarios.obstacles import clear_water_m, draw_course, hull_of, sail_to_end
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, Settings
 
-_MISSION = 0x04040000
 _TIMEOUT_S = 500.0
 _STAY_S = 15.0
 _SOUTH_M, _NORTH_M, _WEST_M, _EAST_M = 30.0, 110.0, -40.0, 40.0  # of the basin
@@ -61,21 +60,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         (1.0 - shoal_m) * entrance_m + draws.uniform(-4.0, 4.0),
     )
     rig.world.obstacles.shoals.append(Shoal(*place, draws.uniform(9.0, 14.0), draws.uniform(0.0, 0.5)))
-    gcs.set_mode(_MISSION)
-    gcs.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, speed_mps, -1.0)
-    gcs.arm()
-    started_s = rig.now_s
-    gcs.wait("the berth, or Hold", lambda: 0 in gcs.reached or is_holding(gcs), _TIMEOUT_S)
-    ended_s = rig.now_s
-    gcs.sail(_STAY_S)
-    return {
-        "obstacles": rig.world.obstacles,
-        "started_s": started_s,
-        "ended_s": ended_s,
-        "reached": 0 in gcs.reached,
-        "length_m": rig.config.length_m,
-        "beam_m": rig.config.beam_m,
-    }
+    return sail_to_end(gcs, speed_mps, "the berth, or Hold", _TIMEOUT_S, _STAY_S)
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:

@@ -71,13 +71,20 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     count = int(settings["count"])
     rig.world.obstacles.round += lying(draws, count - 1)
     rig.world.obstacles.round.append(moving(draws, rig.now_s, speed_mps))
+    return sail_to_end(gcs, speed_mps, "the end of the route, or Hold", _TIMEOUT_S, _STAY_S)
+
+
+def sail_to_end(gcs: GroundStation, speed_mps: float, end: str, timeout_s: float, stay_s: float) -> dict[str, Any]:
+    """Sail the mission of one item that is uploaded until it ends or the boat holds, and `stay_s` more. Returns what
+    `measure` asks for. `end` names the end in the error of a time-out."""
+    rig = gcs.rig
     gcs.set_mode(_MISSION)
     gcs.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, speed_mps, -1.0)
     gcs.arm()
     started_s = rig.now_s
-    gcs.wait("the end of the route, or Hold", lambda: 0 in gcs.reached or is_holding(gcs), _TIMEOUT_S)
+    gcs.wait(end, lambda: 0 in gcs.reached or _is_holding(gcs), timeout_s)
     ended_s = rig.now_s
-    gcs.sail(_STAY_S)
+    gcs.sail(stay_s)
     return {
         "obstacles": rig.world.obstacles,
         "started_s": started_s,
@@ -88,7 +95,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     }
 
 
-def is_holding(gcs: GroundStation) -> bool:
+def _is_holding(gcs: GroundStation) -> bool:
     """Whether the boat has changed to Hold."""
     return int(gcs.last["HEARTBEAT"].custom_mode) == _HOLD
 
