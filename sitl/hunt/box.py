@@ -39,6 +39,16 @@ class WeatherBox:
 
 
 @dataclass(frozen=True, slots=True)
+class SailingBox:
+    """The weather of a boat under sail; `current`: as a share of the wind."""
+
+    __pydantic_config__ = STRICT
+    least_wind_mps: float
+    most_wind_mps: float
+    current: float
+
+
+@dataclass(frozen=True, slots=True)
 class ScenarioBox:
     """What of a scenario's own settings is varied, and what is fixed."""
 
@@ -54,6 +64,7 @@ class Boxes:
 
     __pydantic_config__ = STRICT
     weather: WeatherBox
+    sailing: SailingBox
     errors: dict[str, float]
     faults: dict[str, float]
     scenarios: Annotated[dict[str, ScenarioBox], Field(alias="scenario")]
@@ -113,7 +124,7 @@ class Box:
     ) -> None:
         self._scenario, self._vessel, self._strength = scenario, vessel, strength
         self._own = boxes().scenarios.get(scenario.name, ScenarioBox())
-        self._first_seed, self._length_m = first_seed, config.length_m
+        self._first_seed, self._length_m, self._sails = first_seed, config.length_m, config.has_sail
         self.defaults: Mapping[str, str] = {**scenario.defaults, **scenario.by_vessel.get(vessel, {})}
         self.faults: Mapping[str, float] = dict(_faults_of(config, strength)) if faults else {}
 
@@ -144,19 +155,34 @@ class Box:
         found: dict[str, str] = {}
         current_mps = waves = 0.0
         if "current" in has:
-            most_mps = min(limits.current * self._strength.top_speed_mps, limits.most_current_mps)
-            held_mps = self._strength.current_mps(most_mps, lost)
-            current_mps = int(100.0 * limits.held * choices.suggest_float("current", 0.0, 1.0) * held_mps) / 100.0
+            current_mps = int(100.0 * choices.suggest_float("current", 0.0, 1.0) * self._most_current_mps(lost)) / 100.0
             found["current"] = _directed(current_mps, _direction(choices, "current_to"))
         if "waves" in has:
             waves = choices.suggest_float("waves", 0.0, 1.0)
             height_m = round(waves * limits.waves * self._length_m, 2)
             found["waves"] = _directed(height_m, _direction(choices, "waves_from"))
         if "wind" in has:
-            most = min(limits.held * self._strength.wind_mps(current_mps, lost), limits.most_wind_mps)
-            wind_mps = choices.suggest_float("wind", 0.0, 1.0) * most * (1.0 - (1.0 - _SHARE) * waves)
+            wind_mps = self._wind_mps(choices.suggest_float("wind", 0.0, 1.0), current_mps, waves, lost)
             found["wind"] = _directed(int(10.0 * wind_mps) / 10.0, _direction(choices, "wind_from"))
         return found
+
+    def _most_current_mps(self, lost: frozenset[str]) -> float:
+        """The strongest current of the box; a boat under sail has it in the strongest wind."""
+        limits, sailing = boxes().weather, boxes().sailing
+        if self._sails:
+            return sailing.current * sailing.most_wind_mps
+        most_mps = min(limits.current * self._strength.top_speed_mps, limits.most_current_mps)
+        return limits.held * self._strength.current_mps(most_mps, lost)
+
+    def _wind_mps(self, share: float, current_mps: float, waves: float, lost: frozenset[str]) -> float:
+        """The wind at that share of the box, in that current and that share of the highest waves. A boat under sail
+        has at least what it needs for the current."""
+        limits, sailing = boxes().weather, boxes().sailing
+        if self._sails:
+            least_mps = max(sailing.least_wind_mps, current_mps / sailing.current)
+            return least_mps + share * (sailing.most_wind_mps - least_mps)
+        most_mps = min(limits.held * self._strength.wind_mps(current_mps, lost), limits.most_wind_mps)
+        return share * most_mps * (1.0 - (1.0 - _SHARE) * waves)
 
     def _differences(self, choices: Choices) -> Iterator[tuple[str, str]]:
         for name, most in boxes().errors.items():

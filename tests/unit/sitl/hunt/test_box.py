@@ -61,6 +61,14 @@ def test_weather_is_within_what_the_boat_holds_with_what_it_has_left() -> None:
     assert max(amount(run, "waves") for run in runs) <= 0.09
 
 
+def test_a_boat_under_sail_has_the_wind_that_it_needs() -> None:
+    runs = drawn("sail_triangle", 200)
+    winds = [amount(run, "wind") for run in runs]
+    assert 3.0 <= min(winds) < 4.0 and 7.0 < max(winds) <= 8.0
+    assert max(amount(run, "current") for run in runs) > 0.15
+    assert all(amount(run, "current") <= 0.03 * (amount(run, "wind") + 0.1) for run in runs)
+
+
 def test_no_fault_lasts_longer_than_is_fair() -> None:
     most = box().faults
     for run in drawn("hold", 200):
