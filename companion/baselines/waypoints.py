@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from companion.core.angles import wrap_pi
@@ -67,7 +68,7 @@ class ThesisWaypoints:
     """Same interface as `PathTracker`.
 
     Remembers the route and its curve, the remaining intermediate waypoints of the present section, how many waypoints
-    of the route were passed, and the local frame for latitude and longitude.
+    of the route were passed, the boat's place along the curve, and the local frame for latitude and longitude.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -77,6 +78,7 @@ class ThesisWaypoints:
         self._waypoint_s_m: tuple[float, ...] = ()  # arc length of each waypoint of the route
         self._stop_at_end = True
         self._passed = 0
+        self._s_m = 0.0
         self._finished = False
         self._section: list[_Intermediate] = []
         self._frame = LocalFrame(0.0, 0.0)
@@ -105,6 +107,7 @@ class ThesisWaypoints:
         self._waypoint_s_m = self._path.waypoint_s_m[len(begin) :]
         self._stop_at_end = stop_at_end
         self._passed = 0 if from_here else 1
+        self._s_m = 0.0
         self._finished = False
         self._frame = LocalFrame(nav.lat_deg, nav.lon_deg)
         self._origin = (nav.north_m, nav.east_m)
@@ -128,10 +131,10 @@ class ThesisWaypoints:
         path = self._path
         if path is None:
             raise RuntimeError("ThesisWaypoints.legs before start")
-        spans = zip([0.0, *self._waypoint_s_m[:-1]], self._waypoint_s_m, strict=True)
+        ends = [max(self._s_m, s_m) for s_m in (0.0, *self._waypoint_s_m)]
         return [
             [path.position(a + (b - a) * k / count) for k in range(count + 1)]
-            for a, b in spans
+            for a, b in pairwise(ends)
             for count in (max(1, math.ceil(b - a)),)
         ]
 
@@ -167,7 +170,7 @@ class ThesisWaypoints:
         if self._stop_at_end:
             slowing = math.sqrt(2.0 * self._parameters["PATH_ACC"] * remaining)
             wanted = min(wanted, max(slowing, _STOPPED_SHARE * wanted))
-        back = path.project(nav.north_m, nav.east_m, goal.s_m, 2.0 * away + 1.0)
+        self._s_m = back = path.project(nav.north_m, nav.east_m, goal.s_m, 2.0 * away + 1.0)
         here = path.at(back)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
             here.course_rad

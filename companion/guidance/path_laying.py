@@ -184,6 +184,7 @@ class LaidTrack:
         return self.joint.begin_s_m(self.track)
 
     def legs(self, from_s_m: float) -> list[list[Place]]:
-        """The track from an arc length on: closely spaced (north_m, east_m), one list for each waypoint."""
-        begins = [from_s_m, *self.ends_s_m[:-1]]
+        """The track from an arc length on: closely spaced (north_m, east_m), one list for each waypoint. Those of
+        waypoints before it stay at its place."""
+        begins = [max(from_s_m, s_m) for s_m in (from_s_m, *self.ends_s_m[:-1])]
         return [self.track.part(a, max(a, b)) for a, b in zip(begins, self.ends_s_m, strict=True)]

@@ -201,8 +201,8 @@ class PathTracker:
 
     @property
     def legs(self) -> list[list[tuple[float, float]]]:
-        """The track from the boat on: closely spaced (north_m, east_m), one list for each waypoint ahead. Raises
-        RuntimeError before `start`."""
+        """The track from the boat on: closely spaced (north_m, east_m), one list for each waypoint; those that are
+        passed have nothing but the boat's place. Raises RuntimeError before `start`."""
         if self._laid is None:
             raise RuntimeError("PathTracker.legs before start")
         return self._laid.legs(self._s)

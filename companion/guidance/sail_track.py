@@ -24,14 +24,14 @@ class SailTrack:
     """Same interface as `PathTracker`. The heading of a setpoint is the bearing of the next waypoint; `Sailor` makes of
     it one that the wind allows.
 
-    A waypoint is passed inside its radius, or abeam within one and a half. Remembers the points and how many of them
-    are passed.
+    A waypoint is passed inside its radius, or abeam within one and a half. Remembers the points, how many of them are
+    passed, and where the boat is.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._waypoints: tuple[Waypoint, ...] = ()
-        self._begin = (0.0, 0.0)
+        self._begin = self._here = (0.0, 0.0)
         self._passed = 0
 
     def start(
@@ -47,6 +47,7 @@ class SailTrack:
             raise ValueError("a path needs waypoints")
         self._waypoints = tuple(waypoints)
         self._begin, self._passed = (nav.north_m, nav.east_m), 0
+        self._here = self._begin
 
     def replace(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
@@ -63,12 +64,14 @@ class SailTrack:
     @property
     def legs(self) -> list[list[tuple[float, float]]]:
         """As `PathTracker.legs`: the ends of each leg."""
-        return straight_legs(self._begin, self._waypoints)
+        ahead = straight_legs(self._here, self._waypoints[self._passed :])
+        return [[self._here, self._here] for _ in range(self._passed)] + ahead
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step. Raises RuntimeError before `start`."""
         if not self._waypoints:
             raise RuntimeError("SailTrack.update before start")
+        self._here = (nav.north_m, nav.east_m)
         while self._passed < len(self._waypoints) and self._is_passed(nav):
             self._passed += 1
         finished = self._passed == len(self._waypoints)

@@ -42,7 +42,6 @@ _LOOK_S = 0.5
 _WAY_M = 150.0  # of the way ahead that is looked at
 _PLAN_S = 1.0  # between two plans
 _LOOKS = 2  # in a row that find the way blocked
-_SAME_M, _JUMP_M = 1e-3, 1.5  # points of a path that are one; the first step is longer where it begins with passed legs
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
@@ -185,11 +184,11 @@ class ObstacleGuard:
             self._open(now_s)
             return
         aside = detour.detour_ahead
-        whole = _from_boat(mode.way_ahead())
-        if mode.goes_round and self._patience.look(whole, now_s):
+        whole = mode.way_ahead()
+        if mode.goes_round and self._patience.look(whole, now_s) and not self._keeping_off.lasts:
             self.impossible = "no way found round obstacles"
             return
-        way = _first_part(_from_boat(aside) if aside else whole, _WAY_M)
+        way = _first_part(aside or whole, _WAY_M)
         here = (nav.north_m, nav.east_m)
         if len(way) < 2 or math.isinf(self.water.now.free_m([here, *way[1:]])):
             self._open(now_s)
@@ -214,7 +213,7 @@ class ObstacleGuard:
         reason = round_it.lay(future.result(), inputs)
         if reason is None:
             self._since_s, self._blocked = None, 0
-            self._patience.laid(_from_boat(mode.way_ahead()), inputs.speed_mps, now_s)
+            self._patience.laid(mode.way_ahead(), inputs.speed_mps, now_s)
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
         else:
             self._no_way(reason, inputs)
@@ -233,7 +232,8 @@ class ObstacleGuard:
             text = f"No way round yet: {reason}"
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_waits", text[:50])
         at_rest = math.hypot(nav.north_mps, nav.east_mps) < _STOPPED_MPS + 2.0 * nav.velocity_accuracy_mps
-        if now_s - self._since_s >= self._parameters["CP_WAIT"] and (at_rest or self._holding):
+        waited = now_s - self._since_s >= self._parameters["CP_WAIT"] and (at_rest or self._holding)
+        if waited and not self._keeping_off.lasts:  # the mode that comes then keeps off nothing
             self.impossible = reason
 
     def _stopping_circles(self, now_s: float) -> Floats:
@@ -326,20 +326,6 @@ def _demand(setpoint: Setpoint, nav: NavState) -> tuple[float, float]:
         return body_to_ned(setpoint.wrench.surge_n, setpoint.wrench.sway_n, nav.yaw_rad)
     motion = desired_motion(setpoint)
     return body_to_ned(motion.surge_mps, motion.sway_mps, nav.yaw_rad)
-
-
-def _from_boat(way: Sequence[Place]) -> Sequence[Place]:
-    """A way without the parts between its first point, where the boat is, and the place of the boat on the rest: a path
-    still lists the legs that it has passed."""
-    ahead = np.asarray(way, dtype=float)
-    if len(ahead) < 3:
-        return way
-    off = np.hypot(*(ahead - ahead[0]).T)
-    moved = np.nonzero(off > _SAME_M)[0]
-    if not len(moved) or off[moved[0]] <= _JUMP_M:
-        return way
-    nearest = int(moved[0] + np.argmin(off[moved[0] :]))
-    return [way[0], *way[nearest + 1 :]]
 
 
 def _first_part(way: Sequence[Place], length_m: float) -> list[Place]:

@@ -76,7 +76,7 @@ class KeepingOff:
         if not slow or not (len(around.movers) or len(around.lying)):
             self._speed_mps = 0.0
             return None
-        before, room = self._speed_mps, self._room_m(around, nav, asked, math.inf, self._speed_mps != 0.0)
+        before, room = self._speed_mps, self._room_m(around, nav, asked, math.inf, self.lasts)
         if room >= 0.0:
             self._speed_mps = 0.0
             return None
@@ -90,6 +90,11 @@ class KeepingOff:
     def reset(self) -> None:
         """The boat does not keep off anything."""
         self._speed_mps = 0.0
+
+    @property
+    def lasts(self) -> bool:
+        """Whether the boat goes out of the way now."""
+        return self._speed_mps != 0.0
 
     @property
     def _stop_m(self) -> float:

@@ -131,3 +131,14 @@ def test_the_law_changes_under_way_and_the_rest_of_the_route_is_sailed() -> None
         east += math.sin(yaw) * DT_S * progress.setpoint.surge_mps
     assert progress.finished and passed == sorted(passed) and passed[599] in (1, 2) and passed[-1] == 4
     assert max(abs(b - a) for a, b in pairwise(ways[595:605])) < 0.5, "the way made goes on counting"
+
+
+def test_its_legs_lead_on_from_the_boat() -> None:
+    law = thesis(WPT_DENSITY=100.0)
+    law.start([Waypoint(n, 0.0) for n in (15.0, 30.0, 45.0, 60.0)], nav_state(0.0, 0.0))
+    north = 0.0
+    while law.update(nav_state(north, 0.0, 0.0, 1.0), 1.0, DT_S).passed < 2:
+        north += 0.1
+    legs = law.legs
+    way = [place[0] for leg in legs for place in leg]
+    assert len(legs) == 4 and way == sorted(way) and way[0] == pytest.approx(north, abs=1.0)

@@ -97,6 +97,17 @@ def test_the_target_is_the_next_waypoint_and_the_distance_to_it_shrinks() -> Non
     assert (later.setpoint.progress.target.north_m, later.setpoint.progress.target.east_m) == (20.0, 20.0)
 
 
+def test_legs_lead_on_from_the_boat_and_never_back_along_what_is_passed() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((15, 0), (30, 0), (45, 0), (60, 0)), boat.nav())
+    while boat.tracker.update(boat.nav(), 0.6, DT_S).passed < 3:
+        boat.sail(1.0)
+    legs = boat.tracker.legs
+    assert len(legs) == 4, "one for each waypoint, as their items are counted"
+    way = [north for leg in legs for north, _ in leg]
+    assert way == sorted(way) and way[0] == pytest.approx(boat.north_m, abs=1.0) and way[-1] == pytest.approx(60.0)
+
+
 def test_an_unknown_current_is_compensated_until_no_error_is_left() -> None:
     for can_sway in (True, False):
         boat = Puppet(tracker(can_sway), current=(0.0, 0.2))

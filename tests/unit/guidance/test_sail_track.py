@@ -63,6 +63,14 @@ def test_its_legs_begin_at_the_boat() -> None:
     assert track((50.0, 0.0), (50.0, 50.0)).legs == [[(0.0, 0.0), (50.0, 0.0)], [(50.0, 0.0), (50.0, 50.0)]]
 
 
+def test_its_legs_lead_on_from_the_boat() -> None:
+    found = track((50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
+    found.update(at(49.0, 1.0), 1.0, 0.1)
+    found.update(at(50.0, 20.0), 1.0, 0.1)
+    here = (50.0, 20.0)
+    assert found.legs == [[here, here], [here, (50.0, 50.0)], [(50.0, 50.0), (0.0, 50.0)]]
+
+
 def test_it_needs_waypoints() -> None:
     with pytest.raises(ValueError, match="waypoints"):
         SailTrack(Parameters()).start([], at(0.0, 0.0))
