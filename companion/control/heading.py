@@ -27,6 +27,7 @@ _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset
 _STALLED_SHARE = 0.25  # of the turn that is asked for
 # In which a stalled bow gets as much moment again as the loop gives it; once it is free, the same is forgotten.
 _HEAVE_S = 1.5
+_ABLE_HEAVE_S = 6.0  # the same, growing, of a boat that pushes its bow sideways: few weathers hold that
 
 
 class YawLoop:
@@ -39,7 +40,7 @@ class YawLoop:
         self._hull = config.hull
         self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
         self.steers_at(self._configured_radps)
-        self._may_stall = _may_stall(config)
+        self._heave_s = _heave_s(config)
         self._sails = config.has_sail
         self._parameters = parameters
         self._heave_nm = 0.0
@@ -122,10 +123,12 @@ class YawLoop:
         side = -math.copysign(1.0, error)
         heave = max(0.0, side * self._heave_nm)
         asked = min(1.0, abs(error) / bound)
-        if not self._may_stall or abs(error) < _LARGE_ERROR_RAD:
+        if math.isinf(self._heave_s) or abs(error) < _LARGE_ERROR_RAD:
             heave -= heave * min(1.0, dt_s / _HEAVE_S)
         elif side * rate_radps < _STALLED_SHARE * asked * math.radians(self._parameters["PATH_YAW_RATE"]):
-            heave = min(self._config.limits.yaw_nm, heave + asked * turning_nm * dt_s / _HEAVE_S)
+            heave = min(self._config.limits.yaw_nm, heave + asked * turning_nm * dt_s / self._heave_s)
+        elif self._heave_s == _ABLE_HEAVE_S:  # a heavy ship that has only begun to turn was no stalled one
+            heave -= heave * min(1.0, dt_s / _ABLE_HEAVE_S)
         self._heave_nm = side * heave
         return asked * self._heave_nm
 
@@ -154,10 +157,13 @@ def _in_bend(rate_radps: float) -> float:
     return min(1.0, abs(rate_radps) / _BEND_RADPS)
 
 
-def _may_stall(config: VesselConfig) -> bool:
-    """Whether the weather can hold the bow of the boat against the moment that is asked for: where only the difference
-    of fixed thrusters turns it, or a rudder, whose force depends on the flow."""
-    return config.limits.sway_n <= 0.0 and not any(t.turns and t.kind != "rudder" for t in config.thrusters)
+def _heave_s(config: VesselConfig) -> float:
+    """The time in which a bow that the weather holds against the moment asked for gets as much again; infinite where
+    the weather does not hold it: steering by the direction of its thrust, a boat without sideways thrust turns with
+    all that it pushes with."""
+    if config.limits.sway_n > 0.0:
+        return _ABLE_HEAVE_S
+    return math.inf if any(t.turns and t.kind != "rudder" for t in config.thrusters) else _HEAVE_S
 
 
 def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:

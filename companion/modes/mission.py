@@ -26,6 +26,7 @@ from companion.mission.tasks import (
     DoCondition,
     Orbit,
     ReturnHome,
+    RoutePoint,
     Sail,
     SeaTrial,
     Stay,
@@ -51,6 +52,7 @@ from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
 _TASKS_A_TICK = 4
+_FAR_OFF = 2.0  # acceptance radii: of a waypoint that is passed further off, this is said
 _SAIL_ON_S = 1.0  # along the path under way, while the next one is laid; then the boat stops
 _Ending = Stay | Wait | Turn | ReturnHome | Dock  # standing tasks that the mission itself finds done
 _Standing = _Ending | SeaTrial
@@ -539,9 +541,9 @@ class MissionMode(Mode):
         if task.stop and not progress.finished:
             passed = min(passed, len(sailing.route) - 1)  # the last one is reached at rest
         while sailing.reported < passed and self._executor.task is task:
-            seq = sailing.route[sailing.reported].seq
+            point = sailing.route[sailing.reported]
             sailing.reported += 1
-            self._complete(seq, inputs)
+            self._complete(point.seq, inputs, self._far_off_m(point, inputs))
         if sailing.sideways and not sailing.rest:
             self._start_leg(inputs)
         elif not self._minds_route and self._executor.task is task:
@@ -613,8 +615,17 @@ class MissionMode(Mode):
             return False
         return self._hold_point.arrived
 
-    def _complete(self, seq: int, inputs: ModeInputs) -> None:
+    def _far_off_m(self, point: RoutePoint, inputs: ModeInputs) -> float:
+        """How far off a waypoint the boat passes it, abeam; 0 where that is near."""
+        north_m, east_m = self._frame().to_ned(point.lat_deg, point.lon_deg)
+        off_m = math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m)
+        return off_m if off_m > _FAR_OFF * (point.radius_m or self._parameters["NAV_ACC_RAD"]) else 0.0
+
+    def _complete(self, seq: int, inputs: ModeInputs, off_m: float = 0.0) -> None:
+        """`off_m`: how far off its place, where that is to be said."""
         before = self._executor.progress.reached
         self._actions += self._executor.complete(seq)
         if self._executor.progress.reached != before:
-            self._events.say(inputs.now_s, TextKind.ROUTINE, "item_reached", f"Mission item {item_number(seq)} reached")
+            kind = TextKind.ATTENTION if off_m else TextKind.ROUTINE
+            how = f"passed {off_m:.0f} m off" if off_m else "reached"
+            self._events.say(inputs.now_s, kind, "item_reached", f"Mission item {item_number(seq)} {how}")

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from companion.core.decision import MissionState, ModeId
+from companion.core.decision import MissionState, ModeId, Severity
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, PoseSetpoint
 from companion.mission.plan import PlanItem, PlanKind
 from companion.modes.parts.turn import TurnPlan
@@ -42,6 +42,16 @@ def test_path_is_not_laid_again_while_its_rest_is_sailed(boat: Boat, monkeypatch
     finish(boat)
     assert len(laid) == 1 and boat.status.mission.reached == 3
     assert boat.texts().count("Mission item 1 reached") == 1
+
+
+def test_a_waypoint_that_is_passed_far_off_is_not_called_reached(boat: Boat) -> None:
+    boat.upload((20.0, 0.0), (40.0, 0.0))
+    start(boat)
+    while boat.status.mission.reached < 1:
+        boat.nav = replace(boat.nav, east_m=9.0)  # a stream that carries it off
+        boat.step()
+    assert "Mission item 1 passed 9 m off" in boat.texts()
+    assert boat.severities["item_reached"] is Severity.WARNING
 
 
 def test_replaced_under_way(boat: Boat) -> None:
