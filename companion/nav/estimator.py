@@ -214,7 +214,6 @@ class Estimator:
         if inertial is None or source is None:
             return
         found = self._receivers.update(inertial, source)
-        inertial.late_sigma_s = self._receivers.unsure_s(source)
         if found is not None:
             text = found.text(self._latencies_s.get(source, 0.0))
             self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", text)
@@ -420,6 +419,7 @@ class Estimator:
         if self._solutions.inertial is not None:
             wander, common = Wander(slow_sigma_rad, heading.slow_time_s), 0.0 if heading.anew else 1.0
             self._solutions.inertial.filter.expect_heading_wander(wander, common)
+            self._solutions.inertial.filter.heading_late = self._headings.used == self._fixes.source
         if isinstance(solution, InertialSolution):
             slow_sigma_rad = 0.0
         elif heading.added_sigma_rad > 0.0:

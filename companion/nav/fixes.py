@@ -200,6 +200,7 @@ class Fixes:
         if inertial is not None:
             another = before not in (None, fix.source) and not self.blend
             inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
+            inertial.filter.expect_late(self._accuracies.latency_s(fix.source), before not in (None, fix.source))
 
     def _announce(self, fix: GnssFix) -> None:
         """Announce when another receiver takes over."""
