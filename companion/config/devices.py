@@ -273,6 +273,10 @@ class SensorConfig:
             "the promptest one."
         ),
     ] = 0.0
+    latency_accuracy_s: Annotated[
+        NonNegative,
+        means("How far `latency_s` of a receiver may be off, one sigma, until the boat's motion has told."),
+    ] = 0.15
     talkers: Annotated[
         tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...],
         means('Talkers of NMEA sentences to accept, such as `["GP", "GN"]`. Empty: all.'),

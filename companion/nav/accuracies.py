@@ -70,6 +70,11 @@ class SensorAccuracies:
         default_s = _CARRIER_WANDER_S if fix.fix >= FixType.RTK_FLOAT else _WANDER_S
         return Wander(slow_m, default_s if told_s is None else told_s)
 
+    def latency_s(self, source: str) -> float:
+        """Of how late a receiver is beyond what its row says, s."""
+        row = self._sensors.get(source)
+        return 0.0 if row is None else row.latency_accuracy_s
+
     def walk_mps_rthz(self, velocity: GroundVelocity, fix: FixType | None, sigma_mps: float) -> float:
         """The random walk of a position that measured velocities of `sigma_mps` carry on, beside that of their noise.
         `fix`: of their receiver."""

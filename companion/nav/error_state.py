@@ -1,12 +1,15 @@
 """Error-state Kalman filter of a boat: the arithmetic alone. `inertial.py` decides which measurements to fuse.
 
 Nominal state in plain floats: position and velocity NED, attitude quaternion body → NED, biases of accelerometer and
-gyro, and what measurements are off by: the slow error (wander) of positions in north and east and of headings. Error
-state of 18, in this order: δp, δv, δθ, δa_bias, δω_bias, δwander (north, east, heading), with δθ in NED
-(R = Exp(δθ) R̂). The covariance is allocated once.
+gyro, and what measurements are off by: the slow error (wander) of positions in north and east and of headings, and by
+how much the values of the receiver in use are later than their times. Error state of 19, in this order: δp, δv, δθ,
+δa_bias, δω_bias, δwander (north, east, heading), δlatency, with δθ in NED (R = Exp(δθ) R̂). The covariance is allocated
+once.
 
 A receiver's slow error is a first-order Gauss–Markov process, measured = true + wander + noise. As a state it tells the
-filter what averaging can remove and what not: the covariance is that of the errors.
+filter what averaging can remove and what not: the covariance is that of the errors. So does the latency, a constant:
+late values are those of a boat that was elsewhere, slower and on another heading (Skog & Händel 2011, *Time
+synchronization errors in loosely coupled GPS-aided inertial navigation systems*).
 
 Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*, sections 5 to 7 (global angular error);
 Bar-Shalom, Li & Kirubarajan (2001), *Estimation with Applications to Tracking and Navigation*, 8.2 (coloured noise by a
@@ -41,11 +44,13 @@ from companion.nav.lever_arms import (
 )
 from companion.nav.measured_off import MeasuredOff, Wander
 
-SIZE = 18
-_P, _V, _TH, _AB, _WB, _W, _WH = 0, 3, 6, 9, 12, 15, 17  # where each part of the error state begins
+SIZE = 19
+_P, _V, _TH, _AB, _WB, _W, _WH, _L = 0, 3, 6, 9, 12, 15, 17, 18  # where each part of the error state begins
 _MOTION = 15  # states of motion and inertial sensor; what measurements are off by comes after them
 _LONGEST_STEP_S = 0.05
 _LARGE_TURN_RAD = 1e-3  # of an injected error: a smaller one changes no variance by a thousandth
+_MEAN_S = 0.15  # of the acceleration that late velocities lack: half of a long latency
+_LATE_WALK_S_RTS = 5e-4  # s/√s: 4 ms in a minute, since no latency is quite constant
 _STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
@@ -142,8 +147,8 @@ class ErrorStateFilter:
 
     The reference point is the IMU; arguments are SI, NED or body as named. A sample is the mean of the step that it
     ends, as sensors with coning and sculling compensation give it: force and rates of one sample belong together.
-    Measurements of positions and headings are off by `wander` and `heading_wander`. Remembers the nominal state and the
-    covariance.
+    Measurements of positions and headings are off by `wander` and `heading_wander`; positions, velocities and, where
+    `heading_late`, headings are later than their times by `late_s`. Remembers the nominal state and the covariance.
     """
 
     def __init__(self, gravity_mps2: float, noise: FilterNoise | None = None) -> None:
@@ -159,6 +164,10 @@ class ErrorStateFilter:
         self.acceleration: Vector = ZERO  # m/s² in NED
         self.wander: Pair = (0.0, 0.0)  # m, north and east
         self.heading_wander = 0.0  # rad
+        self.late_s = 0.0
+        self.heading_late = False
+        self.gaining: Pair = (0.0, 0.0)  # m/s², north and east: the mean of the last moment's acceleration
+        self._late_sigma_s = 0.0
         self._wander, self._heading_wander = Wander(0.0, 1.0), Wander(0.0, 1.0)
         self._walk_mps_rthz = 0.0
         self.covariance = np.zeros((SIZE, SIZE))
@@ -196,6 +205,26 @@ class ErrorStateFilter:
             self._noise_dt_s = -1.0
         self.heading_wander *= self._redraw((_WH,), before.sigma, wander.sigma, common)
 
+    def expect_late(self, sigma_s: float, another: bool = False) -> None:
+        """One sigma of how late the receiver in use is beyond its times, before anything has told. `another`: it is
+        another receiver than before."""
+        if another or sigma_s != self._late_sigma_s:
+            self._late_sigma_s, self.late_s = sigma_s, 0.0
+            self._forget((_L,), sigma_s * sigma_s)
+
+    def doubt_late(self, sigma_s: float) -> None:
+        """The latency may have changed by so much."""
+        self.inflate((_L,), sigma_s * sigma_s)
+
+    def learn_late(self, late_s: float, sigma_s: float) -> None:
+        """The latency has changed, or something else has been taken for it: it is that one, of that sigma."""
+        self.late_s = late_s
+        self._forget((_L,), sigma_s * sigma_s)
+
+    def late_sigma_s(self) -> float:
+        """One sigma of how late the receiver in use is beyond its times."""
+        return math.sqrt(max(self._p[SIZE * _L + _L], 0.0))
+
     def _redraw(self, states: Sequence[int], before: float, sigma: float, common: float) -> float:
         """Another sigma of slow errors; returns the share of them that is kept. Of two errors the larger one is the
         smaller one and something more, whichever comes first: that is how they are correlated. A sigma that changes a
@@ -223,11 +252,14 @@ class ErrorStateFilter:
 
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
         """Begin at a measured position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for
-        each of the 15 first error states, without the wander that the measurements hold."""
+        each of the 15 first error states, without what the measurements are off by. What is known of the latency
+        stays."""
         self.position, self.velocity = position, velocity
         self.quaternion = quaternion_of(*attitude)
         self.rotation = rotation(self.quaternion)
+        late_s2 = float(self.covariance[_L, _L])
         self.covariance[:] = 0.0
+        self.covariance[_L, _L] = late_s2
         self._diagonal[:_MOTION] = np.square(np.asarray(sigmas, dtype=float))
         self._measure_position(float(sigmas[_P]) ** 2, ZERO)
         self._measure_heading(float(sigmas[_TH + 2]) ** 2)
@@ -239,7 +271,9 @@ class ErrorStateFilter:
         self.quaternion, self.rotation = other.quaternion, other.rotation
         self.accelerometer_bias, self.gyro_bias = other.accelerometer_bias, other.gyro_bias
         self.rates, self.acceleration = other.rates, other.acceleration
+        late_s2 = float(self.covariance[_L, _L])
         self.covariance[:] = 0.0
+        self.covariance[_L, _L] = late_s2
         self.covariance[:_MOTION, :_MOTION] = other.covariance[:_MOTION, :_MOTION]
         self._forget((_P, _P + 1, _P + 2), variance)
         self._measure_position(variance, ZERO)
@@ -253,6 +287,7 @@ class ErrorStateFilter:
         self._forget((_W, _W + 1), self._wander.sigma**2)
         off = np.zeros((2, SIZE))
         off[0, _W] = off[1, _W + 1] = 1.0
+        off[0, _L], off[1, _L] = -self.velocity[0], -self.velocity[1]
         off[0, _TH : _TH + 3], off[1, _TH : _TH + 3] = (0.0, arm[2], -arm[1]), (-arm[2], 0.0, arm[0])
         self._restart((_P, _P + 1), off, variance)
 
@@ -295,6 +330,9 @@ class ErrorStateFilter:
         self._propagate_covariance(fn, fe, fd, dt)
         down = fd + self.gravity_mps2
         self.acceleration = fn, fe, down
+        gn, ge = self.gaining
+        share = dt / (_MEAN_S + dt)
+        self.gaining = gn + share * (fn - gn), ge + share * (fe - ge)
         vn, ve, vd = self.velocity
         pn, pe, pd = self.position
         half = 0.5 * dt * dt
@@ -335,17 +373,17 @@ class ErrorStateFilter:
         if dt != self._noise_dt_s:
             self._set_step(dt)
         n, e, d = fn * dt, fe * dt, fd * dt  # δv̇ = −[f]× δθ − R δa_bias
-        f[61], f[62], f[78], f[80], f[96], f[97] = d, -e, -d, n, e, -n  # flat: 18 · row + column
+        f[64], f[65], f[82], f[84], f[101], f[102] = d, -e, -d, n, e, -n  # flat: 19 · row + column
         r0, r1, r2, r3, r4, r5, r6, r7, r8 = r
-        f[63] = f[120] = -r0 * dt
-        f[64] = f[121] = -r1 * dt
-        f[65] = f[122] = -r2 * dt
-        f[81] = f[138] = -r3 * dt
-        f[82] = f[139] = -r4 * dt
-        f[83] = f[140] = -r5 * dt
-        f[99] = f[156] = -r6 * dt
-        f[100] = f[157] = -r7 * dt
-        f[101] = f[158] = -r8 * dt
+        f[66] = f[126] = -r0 * dt
+        f[67] = f[127] = -r1 * dt
+        f[68] = f[128] = -r2 * dt
+        f[85] = f[145] = -r3 * dt
+        f[86] = f[146] = -r4 * dt
+        f[87] = f[147] = -r5 * dt
+        f[104] = f[164] = -r6 * dt
+        f[105] = f[165] = -r7 * dt
+        f[106] = f[166] = -r8 * dt
         self._transition.dot(self.covariance, self._work)
         self._work.dot(self._transition_transposed, self.covariance)
         add_to_diagonal(self._diagonal, self._noise_step, self._p, self._q)
@@ -355,11 +393,11 @@ class ErrorStateFilter:
         noise, wander, heading = self.noise, self._wander, self._heading_wander
         f, q = self._f, self._q
         accelerometer_kept, gyro_kept = 1.0 - dt / noise.accelerometer_bias_time_s, 1.0 - dt / noise.gyro_bias_time_s
-        f[3] = f[22] = f[41] = dt
-        f[171] = f[190] = f[209] = accelerometer_kept
-        f[228] = f[247] = f[266] = gyro_kept
-        f[285] = f[304] = 1.0 - dt / wander.time_s
-        f[323] = 1.0 - dt / heading.time_s
+        f[3] = f[23] = f[43] = dt
+        f[180] = f[200] = f[220] = accelerometer_kept
+        f[240] = f[260] = f[280] = gyro_kept
+        f[300] = f[320] = 1.0 - dt / wander.time_s
+        f[340] = 1.0 - dt / heading.time_s
         q[0] = q[1] = self._walk_mps_rthz**2 * dt
         q[3] = q[4] = q[5] = noise.accelerometer_mps2_rthz**2 * dt
         q[6] = q[7] = q[8] = noise.gyro_radps_rthz**2 * dt
@@ -367,6 +405,7 @@ class ErrorStateFilter:
         q[12] = q[13] = q[14] = 2.0 * noise.gyro_bias_radps**2 * dt / noise.gyro_bias_time_s
         q[15] = q[16] = 2.0 * wander.sigma**2 * dt / wander.time_s
         q[17] = 2.0 * heading.sigma**2 * dt / heading.time_s
+        q[18] = _LATE_WALK_S_RTS**2 * dt if self._late_sigma_s > 0.0 else 0.0
         self._noise_dt_s = dt
 
     def position_innovation(
@@ -376,24 +415,34 @@ class ErrorStateFilter:
         (negative: after it). `variance` in m² on each axis."""
         arm = rotate(self.rotation, lever_m)
         vn, ve, _ = self.velocity
-        turn = rotate(self.rotation, cross(self.rates, lever_m)) if lag_s else ZERO
+        turn = rotate(self.rotation, cross(self.rates, lever_m))
+        vn, ve, (gn, ge), late_s = vn + turn[0], ve + turn[1], self.gaining, self.late_s
+        mean_s = late_s + 0.5 * lag_s
+        lag_s += late_s
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 1.0
         h[_V] = h[SIZE + _V + 1] = -lag_s
+        h[_L], h[SIZE + _L] = mean_s * gn - vn, mean_s * ge - ve
         self._set_arm(h, arm)
-        y1 = north_m - (self.position[0] - lag_s * (vn + turn[0]) + arm[0]) - self.wander[0]
-        y2 = east_m - (self.position[1] - lag_s * (ve + turn[1]) + arm[1]) - self.wander[1]
+        y1 = north_m - (self.position[0] - lag_s * (vn - 0.5 * late_s * gn) + arm[0]) - self.wander[0]
+        y2 = east_m - (self.position[1] - lag_s * (ve - 0.5 * late_s * ge) + arm[1]) - self.wander[1]
         return self._pair_innovation(y1, y2, variance)
 
-    def velocity_innovation(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> Innovation:
+    def velocity_innovation(
+        self, north_mps: float, east_mps: float, lever_m: Vector, variance: float, late: bool = True
+    ) -> Innovation:
         """Innovation of a measured velocity of the point `lever_m` (body) from the IMU; `variance` in (m/s)² on each
-        axis."""
+        axis. `late`: it is of the receiver in use."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 0.0
         h[_V] = h[SIZE + _V + 1] = 1.0
+        gn, ge = self.gaining
+        late_s = self.late_s if late else 0.0
+        h[_L], h[SIZE + _L] = (-gn, -ge) if late else (0.0, 0.0)
         self._set_arm(h, arm)
-        y1, y2 = north_mps - self.velocity[0] - arm[0], east_mps - self.velocity[1] - arm[1]
+        y1 = north_mps - (self.velocity[0] - late_s * gn) - arm[0]
+        y2 = east_mps - (self.velocity[1] - late_s * ge) - arm[1]
         return self._pair_innovation(y1, y2, variance)
 
     @staticmethod
@@ -412,25 +461,20 @@ class ErrorStateFilter:
         h[0] = h[2] = h[_V + 2] = 0.0
         h[_TH], h[_TH + 1], h[_TH + 2] = -wn * wd / level, -we * wd / level, 1.0
         h[_WH] = 1.0
+        h[_L] = -self.turn_radps if self.heading_late else 0.0
+        if self.heading_late:
+            lag_s += self.late_s
         predicted = math.atan2(we, wn) - lag_s * self.rates[2] + self.heading_wander
         return self._single_innovation(wrap_pi(yaw_rad - predicted), variance)
-
-    def move_on(self, by_s: float) -> None:
-        """Move position, velocity and heading on by that time: they have come from measurements so late."""
-        (n, e, d), (vn, ve, vd), (an, ae, _) = self.position, self.velocity, self.acceleration
-        self.position = n + by_s * vn, e + by_s * ve, d
-        self.velocity = vn + by_s * an, ve + by_s * ae, vd
-        self.quaternion = multiply(exponential(0.0, 0.0, by_s * self.turn_radps), self.quaternion)
-        self.rotation = rotation(self.quaternion)
 
     @property
     def measured_off(self) -> MeasuredOff:
         """The estimates of what measurements are off by."""
-        return MeasuredOff(*self.wander, self.heading_wander)
+        return MeasuredOff(*self.wander, self.heading_wander, self.late_s)
 
     def put_off(self, off: MeasuredOff) -> None:
         """Take other estimates of what measurements are off by: earlier ones."""
-        self.wander, self.heading_wander = (off.north_m, off.east_m), off.heading_rad
+        self.wander, self.heading_wander, self.late_s = (off.north_m, off.east_m), off.heading_rad, off.late_s
 
     @property
     def turn_radps(self) -> float:
@@ -443,7 +487,7 @@ class ErrorStateFilter:
         """A boat stays on the water: fuse `position_m` as down position and 0 as down velocity, with large variances
         (m², (m/s)²)."""
         h = self._single.h_flat
-        h[_TH] = h[_TH + 1] = h[_TH + 2] = h[_V + 2] = h[_WH] = 0.0
+        h[_TH] = h[_TH + 1] = h[_TH + 2] = h[_V + 2] = h[_WH] = h[_L] = 0.0
         h[2] = 1.0
         self.fuse(self._single_innovation(position_m - self.position[2], position_variance))
         h[2] = 0.0
@@ -502,12 +546,13 @@ class ErrorStateFilter:
         self.rates = (self.rates[0] - c[12], self.rates[1] - c[13], self.rates[2] - c[14])
         self.wander = (self.wander[0] + c[15], self.wander[1] + c[16])
         self.heading_wander += c[17]
+        self.late_s += c[18]
         x, y, z = c[6], c[7], c[8]
         self.quaternion = multiply(exponential(x, y, z), self.quaternion)
         self.rotation = rotation(self.quaternion)
         if max(abs(x), abs(y), abs(z)) > _LARGE_TURN_RAD:
             g = self._g  # I + ½ [δθ]×
-            g[115], g[116], g[132], g[134], g[150], g[151] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
+            g[121], g[122], g[139], g[141], g[158], g[159] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
             self._reset.dot(self.covariance, self._work)
             self._work.dot(self._reset_transposed, self.covariance)
         symmetrise(self.covariance, self._covariance_transposed, self._work, self._p)
@@ -517,21 +562,26 @@ class ErrorStateFilter:
     ) -> None:
         """Restart the position at a measured one (m, `variance` m², to which comes its wander); the velocity stays,
         with `velocity_variance` added."""
-        arm = rotate(self.rotation, lever_m)
-        self.position = (north_m - arm[0], east_m - arm[1], self.position[2])
+        arm, late_s = rotate(self.rotation, lever_m), self.late_s
+        turn = rotate(self.rotation, cross(self.rates, lever_m))
+        vn = self.velocity[0] + turn[0] - 0.5 * late_s * self.gaining[0]
+        ve = self.velocity[1] + turn[1] - 0.5 * late_s * self.gaining[1]
+        self.position = (north_m + late_s * vn - arm[0], east_m + late_s * ve - arm[1], self.position[2])
         self._measure_position(variance, arm)
         self.inflate((_V, _V + 1), velocity_variance)
 
     def reset_velocity(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> None:
         """Restart the velocity at a measured one (m/s, `variance` (m/s)²)."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
-        self.velocity = (north_mps - arm[0], east_mps - arm[1], self.velocity[2])
+        gn, ge = self.late_s * self.gaining[0], self.late_s * self.gaining[1]
+        self.velocity = (north_mps + gn - arm[0], east_mps + ge - arm[1], self.velocity[2])
         self._forget((_V, _V + 1), variance)
 
     def reset_heading(self, yaw_rad: float, variance: float) -> None:
         """Restart the heading at a measured one (`variance` rad², to which comes its wander); roll and pitch stay."""
         roll, pitch, _ = self.euler()
-        self.quaternion = quaternion_of(roll, pitch, yaw_rad)
+        turned_rad = self.late_s * self.turn_radps if self.heading_late else 0.0
+        self.quaternion = quaternion_of(roll, pitch, yaw_rad + turned_rad)
         self.rotation = rotation(self.quaternion)
         self._measure_heading(variance)
 
@@ -562,15 +612,17 @@ class ErrorStateFilter:
         """One sigma of horizontal position (m), horizontal velocity (m/s) and heading (rad)."""
         p = self._p
         return (
-            math.sqrt(max(0.5 * (p[0] + p[19]), 0.0)),
-            math.sqrt(max(0.5 * (p[57] + p[76]), 0.0)),
-            math.sqrt(max(p[152], 0.0)),
+            math.sqrt(max(0.5 * (p[0] + p[20]), 0.0)),
+            math.sqrt(max(0.5 * (p[60] + p[80]), 0.0)),
+            math.sqrt(max(p[160], 0.0)),
         )
 
     def measured_sigma_m(self) -> float:
         """One sigma of the position that a receiver with this wander would measure without noise, on each axis."""
-        p = self._p
-        return math.sqrt(max(0.5 * (p[0] + p[19] + p[285] + p[304]) + p[15] + p[34], 0.0))
+        p, (vn, ve, _) = self._p, self.velocity
+        north = p[0] + p[300] + 2.0 * p[15] + vn * (vn * p[360] - 2.0 * (p[18] + p[303]))
+        east = p[20] + p[320] + 2.0 * p[35] + ve * (ve * p[360] - 2.0 * (p[37] + p[322]))
+        return math.sqrt(max(0.5 * (north + east), 0.0))
 
     def velocity_sigmas(self) -> tuple[float, float]:
         """One sigma of the horizontal velocity, and of the acceleration that tilt and bias leave in it: of the worse
@@ -580,7 +632,7 @@ class ErrorStateFilter:
         for tilt, sign, row in ((_TH + 1, -g, r[0:3]), (_TH, g, r[3:6])):  # δv̇ = −[f]× δθ − R δa_bias, f ≈ (0, 0, −g)
             h = ((tilt, sign), *((_AB + i, -row[i]) for i in range(3)))
             worst = max(worst, sum(a * b * p[SIZE * i + j] for i, a in h for j, b in h))
-        return math.sqrt(max(p[57], p[76], 0.0)), math.sqrt(worst)
+        return math.sqrt(max(p[60], p[80], 0.0)), math.sqrt(worst)
 
     def bias_sigmas(self) -> tuple[float, float]:
         """One sigma of the accelerometer's bias (m/s²) on the worse of the level axes, and of the gyro's (rad/s) about
@@ -593,5 +645,5 @@ class ErrorStateFilter:
 
     def healthy(self) -> bool:
         """False if a number is not finite: the filter must restart."""
-        sums = self._p[0] + self._p[57] + self._p[114] + self._p[152]
+        sums = self._p[0] + self._p[60] + self._p[120] + self._p[160]
         return all(map(math.isfinite, (sums, *self.position, *self.velocity, *self.quaternion)))

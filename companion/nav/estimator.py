@@ -12,7 +12,7 @@ from companion.core.decision import TextKind
 from companion.core.estimate import NavState, WaveMotion, air_of
 from companion.core.events import Announce, unheard
 from companion.core.frames import ned_to_body
-from companion.core.geodesy import LocalFrame, distance_and_bearing
+from companion.core.geodesy import LocalFrame
 from companion.core.readings import (
     FixType,
     GnssFix,
@@ -24,11 +24,10 @@ from companion.core.readings import (
 )
 from companion.nav.accuracies import SensorAccuracies
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
-from companion.nav.altitude import Altitude
 from companion.nav.antenna_pair import antenna_pairs
-from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
 from companion.nav.error_state import ErrorStateFilter
+from companion.nav.fixes import Fixes, JudgedFix
 from companion.nav.heading_search import HeadingSearch, is_lost
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
@@ -38,25 +37,22 @@ from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.measured_off import Wander
 from companion.nav.model_aid import ModelAid
 from companion.nav.mounting import Mounting
-from companion.nav.no_imu import PoseSolution
-from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.outliers import Verdict
 from companion.nav.reading_queue import ReadingQueue
 from companion.nav.receiver_latency import ReceiverLatency
 from companion.nav.side_readings import SideReadings
-from companion.nav.solution import Motion, Place
-from companion.nav.sources import GradeWatch, SourceSelector, plausible
+from companion.nav.solution import Motion
+from companion.nav.solutions import Solutions
+from companion.nav.sources import SourceSelector, plausible
 from companion.nav.validity import Validity
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
-_FAR_FROM_HOME_M = 50_000.0
 _UNCONFIRMED_S = 0.5  # shorter than the gates take to follow the receivers to where the estimate has gone
 _IMU_TIMEOUT_S = 0.5
-_LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _BY_MOTION_FACTOR = 2.0  # on the noise of positions and velocities that alone tell the heading
-_THESIS_RULE = 1
 
 
 class Estimator:
@@ -80,13 +76,12 @@ class Estimator:
         which AHRS_LAW 1 chooses, from the gravity in m/s²."""
         self._parameters = parameters
         self._home = config.home
-        self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
         self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
         timeouts_s = {row.name: row.timeout_s for row in config.sensors}
         self._accuracies = SensorAccuracies(config.sensors)
         self._say = say
         self._corrections = corrections_of(config.sensors, parameters)
-        self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say, self._corrections)
+        self._headings = HeadingSources(config, say, self._corrections)
         self._search = HeadingSearch()
         self._ahrs = ahrs_headings(config, parameters, self._corrections, baseline_ahrs)
         self._mounting = Mounting(config, parameters)
@@ -97,29 +92,23 @@ class Estimator:
         self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s)
         self._witness = Witness(parameters, say)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
-        self._jumps_followed = 0
         self._validity = Validity(parameters)
-        self._anew: set[Sense] = set()  # of what the next measurement counts, after an inertial sensor has lied
-        self._inertial: InertialSolution | None = None
-        self._pose = PoseSolution()
-        self._first = FirstPosition()
-        self._thesis = ThesisOutlierRule()
+        self._solutions = Solutions()
+        self._fixes = Fixes(config, parameters, say, self._accuracies, self._witness, self._validity, self._solutions)
         self._model = ModelAid(config, parameters)
-        self._grade = GradeWatch()
-        self._blend = ReceiverBlend()
         self._pairs = antenna_pairs(config.sensors)
-        self._fix_types: dict[str, FixType] = {}  # of each receiver
-        self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
         self._side = SideReadings(timeouts_s, self._witness)
-        self._fix: GnssFix | None = None
         self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
-        self._altitude = Altitude(config.home.altitude_m)
-        self._position_source: str | None = None
 
     @property
     def inertial(self) -> InertialSolution | None:
         """The solution that the inertial sensor carries; None before its first reading."""
-        return self._inertial
+        return self._solutions.inertial
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The local plane."""
+        return self._fixes.frame
 
     def update(self, readings: Sequence[Reading], now_s: float, thrust: Wrench | None = None) -> NavState:
         """Take the readings since the last call and return the state at `now_s`, which must not go back. `thrust`: the
@@ -138,11 +127,12 @@ class Estimator:
         motion = self._motion(now_s)
         if thrust is not None and self._is_lost(motion, now_s):
             motion = self._begin_anew(motion, now_s)
-        self._side.take(readings, motion, self._pose.oriented)
+        pose = self._solutions.pose
+        self._side.take(readings, motion, pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
-        driven = thrust is not None and self._pose.started and not self._receivers.unsettled(self._positions.current)
+        driven = thrust is not None and pose.started and not self._receivers.unsettled(self._fixes.source)
         used = self._imus.current
-        self._react(self._witness.conclude(driven, motion, self._inertial, self._model.current, now_s, used))
+        self._react(self._witness.conclude(driven, motion, self.inertial, self._model.current, now_s, used))
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
         return self._state(motion, self._model.waves(now_s, thrust, motion), now_s)
@@ -157,10 +147,8 @@ class Estimator:
         speed_mps = math.hypot(motion.velocity[0], motion.velocity[1])
         text = f"Estimate begins anew: {speed_mps:.0f} m/s is impossible"
         self._say(now_s, TextKind.ALARM, "estimate_begun_anew", text)
-        if self._inertial is not None:
-            self._inertial.stop()
-            self._inertial.forget_biases()
-        self._pose, self._first = PoseSolution(), FirstPosition()
+        self._solutions.begin_anew()
+        self._fixes.begin_anew()
         self._model.begin_anew()
         self._witness.monitor.begin_anew()
         return self._motion(now_s)
@@ -171,36 +159,28 @@ class Estimator:
 
     def _react(self, findings: Sequence[LieFound]) -> None:
         """Undo what the filter has taken from sources that are found to lie."""
-        inertial = self._inertial
+        inertial = self._solutions.inertial
         if not findings or inertial is None or not inertial.running:
             return
         carrying = {(sense, self._imus.current) for sense in INERTIAL}
         if any(finding.channel in carrying for finding in findings) and not self._imus.voted(inertial.t_s):
-            self._leave_inertial(inertial.t_s, _LIE_SIGMA)
-            self._anew = {Sense.POSITION, Sense.VELOCITY, Sense.HEADING}
+            self._solutions.leave_inertial(inertial.t_s, _LIE_SIGMA)
+            self._solutions.doubt()
             return
         used = {
-            (Sense.POSITION, self._positions.current),
+            (Sense.POSITION, self._fixes.source),
             (Sense.VELOCITY, self._velocities.current),
             (Sense.HEADING, self._headings.used),
         }
-        if self._blends:
-            used |= {(sense, name) for name in self._fix_types for sense in (Sense.POSITION, Sense.VELOCITY)}
+        if self._fixes.blend:
+            used |= {(sense, name) for name in self._fixes.kinds for sense in (Sense.POSITION, Sense.VELOCITY)}
         taken = [finding for finding in findings if finding.channel in used and not finding.jump]
         if taken:
-            self._blend.clear()
+            self._fixes.forget_offsets()
         if taken and inertial.feels:
             inertial.go_back(min(finding.since_s for finding in taken))
         if any(finding.widens for finding in taken):
             inertial.add_heading_variance(_LIE_SIGMA_RAD**2)
-
-    def _begins_anew(self, sense: Sense, rule: Verdict | None) -> Verdict | None:
-        """RESET for the first measurement that nothing speaks against, after an inertial sensor has lied: what it has
-        added up to counts no longer."""
-        if not self._anew or sense not in self._anew or rule is not None:
-            return rule
-        self._anew.discard(sense)
-        return Verdict.RESET
 
     def _take(self, reading: Reading) -> None:
         kind = type(reading)
@@ -221,7 +201,7 @@ class Estimator:
     def sources(self) -> Mapping[str, str | None]:
         """The sensor in use for each kind of reading, None before the first."""
         return {
-            "position": self._positions.current,
+            "position": self._fixes.source,
             "velocity": self._velocities.current,
             "heading": self._headings.used,
             "inertial": self._imus.current,
@@ -230,24 +210,13 @@ class Estimator:
 
     def _watch_latency(self) -> None:
         """What measurements say of how late the receiver in use is."""
-        inertial, source = self._feeling, self._positions.current
+        inertial, source = self._solutions.feeling, self._fixes.source
         if inertial is None or source is None:
             return
         found = self._receivers.update(inertial, source)
-        inertial.late_sigma_s = self._receivers.unsure_s(source)
         if found is not None:
             text = found.text(self._latencies_s.get(source, 0.0))
             self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", text)
-
-    def _solution(self) -> InertialSolution | PoseSolution:
-        inertial = self._inertial
-        return inertial if inertial is not None and inertial.running else self._pose
-
-    @property
-    def _feeling(self) -> InertialSolution | None:
-        """The inertial solution while it runs, by forces too; None else."""
-        inertial = self._inertial
-        return inertial if inertial is not None and inertial.running and inertial.feels else None
 
     def _felt(self, measured: Imu) -> Imu:
         """The sample as it is used: without its forces, where those lie."""
@@ -258,10 +227,11 @@ class Estimator:
 
     def _feel(self, source: str, feels: bool) -> None:
         """Begin anew, with or without the forces of a sensor."""
-        if self._inertial is not None and source == self._imus.current:
-            if self._inertial.running:
-                self._leave_inertial(self._inertial.t_s, _LIE_SIGMA)
-            self._inertial.feel(feels)
+        inertial = self._solutions.inertial
+        if inertial is not None and source == self._imus.current:
+            if inertial.running:
+                self._solutions.leave_inertial(inertial.t_s, _LIE_SIGMA)
+            inertial.feel(feels)
 
     def _take_imu(self, measured: Imu, felt: Imu) -> None:
         """`felt`: the sample as it is used. A sensor whose forces lie gives way to another."""
@@ -269,21 +239,20 @@ class Estimator:
         imu = self._imus.chosen(measured, felt)
         if imu is None:
             return
-        feels = felt is measured
-        if before not in (None, imu.source) and self._inertial is not None and self._inertial.feels is not feels:
+        feels, inertial, pose = felt is measured, self._solutions.inertial, self._solutions.pose
+        if before not in (None, imu.source) and inertial is not None and inertial.feels is not feels:
             self._feel(imu.source, feels)
-        inertial = self._inertial
         if inertial is None or before != imu.source:
             inertial = self._carried_by(imu, before)
             self._search.heard(imu.t_s)
         if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._recalibrated(imu.source)):
-            self._leave_inertial(inertial.t_s)
+            self._solutions.leave_inertial(inertial.t_s)
         inertial.sample(imu)
         if self._search.runs:
             self._search.sample(imu)
         self._validity.imu(imu.t_s)
-        if not inertial.running and self._pose.started and self._pose.oriented:
-            motion = self._pose.motion(imu.t_s)
+        if not inertial.running and pose.started and pose.oriented:
+            motion = pose.motion(imu.t_s)
             surge_mps, _ = ned_to_body(motion.velocity[0], motion.velocity[1], motion.attitude[2])
             tilt = inertial.levelling.tilt(surge_mps)
             if tilt is not None and not is_lost(motion.yaw_sigma_rad):
@@ -292,19 +261,21 @@ class Estimator:
     def _carried_by(self, imu: Imu, before: str | None) -> InertialSolution:
         """The solution, from now on with the samples of that sensor."""
         lever, noise = self._levers.get(imu.source, ZERO), self._accuracies.imu(imu.source)
-        if self._inertial is None:
-            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
+        inertial = self._solutions.inertial
+        if inertial is None:
+            inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
+            self._solutions.inertial = inertial
         else:
-            self._inertial.carry_over(lever, noise)
+            inertial.carry_over(lever, noise)
             self._say(imu.t_s, TextKind.ATTENTION, "inertial_source", f"Inertial source: {imu.source} (was {before})")
-        return self._inertial
+        return inertial
 
     def _recalibrated(self, source: str) -> bool:
         """Whether a sensor has been calibrated since its last sample; what the filter knows of its biases is void
         then."""
         anew = self._imus.recalibrated(source)
-        if anew and self._inertial is not None:
-            self._inertial.forget_biases()
+        if anew and self._solutions.inertial is not None:
+            self._solutions.inertial.forget_biases()
         return anew
 
     def _turn_ahrs(self, imu: Imu) -> None:
@@ -326,115 +297,28 @@ class Estimator:
 
     def _check_imu(self, horizon_s: float) -> None:
         """Stop the inertial filter when its samples have stopped."""
-        inertial = self._inertial
+        inertial = self._solutions.inertial
         if inertial is not None and inertial.running and horizon_s - inertial.t_s > _IMU_TIMEOUT_S:
-            self._leave_inertial(inertial.t_s)
-
-    def _leave_inertial(self, t_s: float, least_sigma: float = 0.0) -> None:
-        """Go on without inertial sensors. `least_sigma`: of position and velocity, in m and m/s."""
-        assert self._inertial is not None
-        motion = self._inertial.motion(t_s)
-        sigma_m, sigma_mps = max(motion.position_sigma_m, least_sigma), max(motion.velocity_sigma_mps, least_sigma)
-        self._pose.continue_from(replace(motion, position_sigma_m=sigma_m, velocity_sigma_mps=sigma_mps))
-        self._inertial.stop()
+            self._solutions.leave_inertial(inertial.t_s)
 
     def _take_fix(self, fix: GnssFix) -> None:
-        good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
-        lever = self._levers.get(fix.source, ZERO)
-        sigma_m = self._accuracies.position_m(fix)
-        north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
-        rule = None
-        if good and self._pose.started:
-            rule = self._witness.position(fix, (north, east), lever, sigma_m, self._solution())
-            sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
-        good = good and self._witness.trusts(Sense.POSITION, fix.source)
-        used = self._positions.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
-        if used or self._fix is None or self._fix.source == fix.source:
-            self._fix = fix
-        self._fix_types[fix.source] = fix.fix
-        if good and self._pairs:
-            self._pair_heading(fix, (north, east), lever, sigma_m)
-        if not good:
-            self._blend.drop(fix.source)
-        if used:
-            self._announce(fix)
-            self._use_fix(fix, (north, east), lever, sigma_m, rule)
-        elif good and self._blends and self._pose.started and rule is None:
-            self._fuse_position(fix, (north, east), lever, sigma_m, None)
+        judged = self._fixes.judge(fix)
+        if judged.good and self._pairs:
+            self._pair_heading(judged)
+        self._fixes.fuse(judged, self._noisier)
 
-    def _pair_heading(self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float) -> None:
+    def _pair_heading(self, judged: JudgedFix) -> None:
         """The heading that a fix gives with that of another receiver."""
-        solution, tilt = self._solution(), (0.0, 0.0)
+        fix, solution, tilt = judged.fix, self._solutions.used, (0.0, 0.0)
         if isinstance(solution, InertialSolution):
             roll, pitch, _ = euler_of(solution.filter.rotation)
             tilt = roll, pitch
-        here, swing = solution.place(fix.t_s), solution.offset(lever)
+        here, swing = solution.place(fix.t_s), solution.offset(judged.lever_m)
         velocity = here.north_mps + swing.north_mps, here.east_mps + swing.east_mps
         for pair in self._pairs:
-            heading = pair.take(fix, place, velocity, tilt, sigma_m)
+            heading = pair.take(fix, judged.place, velocity, tilt, judged.sigma_m)
             if heading is not None:
                 self._take_heading(heading)
-
-    def _use_fix(
-        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
-    ) -> None:
-        """Take a fix of the receiver in use."""
-        north, east = place
-        self._jumps_followed += rule is Verdict.RESET
-        if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE:
-            rule = rule or self._thesis.update(north, east)
-        if not self._pose.started:
-            self._first_fix(fix, north, east, lever, sigma_m)
-            return
-        if self._begins_anew(Sense.POSITION, rule) is Verdict.RESET:
-            here = self._solution().place(fix.t_s)
-            off_m = math.hypot(north - here.north_m, east - here.east_m)
-            rule = Verdict.RESET if rule is Verdict.RESET or off_m > _LIE_M else rule
-        self._fuse_position(fix, place, lever, sigma_m, rule)
-
-    @property
-    def _blends(self) -> bool:
-        """Whether several receivers are used at once."""
-        chosen = self._parameters["NAV_BLEND"] and self._parameters["NAV_WILD_RULE"] != _THESIS_RULE
-        return len(self._fix_types) > 1 and bool(chosen)
-
-    def _fuse_position(
-        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
-    ) -> None:
-        solution, leads = self._solution(), fix.source == self._positions.current
-        added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
-        inertial = isinstance(solution, InertialSolution)
-        if isinstance(solution, PoseSolution) and added_m2 > 0.0:
-            solution.add_position_variance(added_m2)
-        accuracies = self._accuracies
-        fused_sigma_m = (
-            self._noisier * accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
-        )
-        slow_sigma_m = accuracies.slow_m(fix, sigma_m)
-        if self._blends and rule is None:
-            offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
-            if offset is None:
-                return
-            place = place[0] - offset.north_m, place[1] - offset.east_m
-            slow_sigma_m = offset.slow_sigma_m
-        if leads:
-            self._expect_wander(fix, slow_sigma_m)
-        before = solution.place(fix.t_s)
-        verdict = solution.position(fix.t_s, *place, lever, fused_sigma_m, rule)
-        if verdict is Verdict.RESET:
-            self._blend.clear()
-            self._announce_reset(fix, before, solution.place(fix.t_s))
-        if verdict is not Verdict.REJECT:
-            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
-            if leads:
-                self._altitude.take(fix, lever)
-
-    def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
-        """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
-        before, self._wander_of = self._wander_of, fix.source
-        if self._inertial is not None:
-            another = before not in (None, fix.source) and not self._blends
-            self._inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
 
     @property
     def _noisier(self) -> float:
@@ -442,73 +326,37 @@ class Estimator:
         left of their slow errors would be taken for a turn."""
         return _BY_MOTION_FACTOR if self._headings.by_motion else 1.0
 
-    def _offset(
-        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
-    ) -> Offset | None:
-        """What blending takes off a fix; None: the receiver is new."""
-        solution = self._solution()
-        here, arm = solution.place(fix.t_s), solution.offset(lever)
-        off_m = place[0] - arm.north_m - here.north_m, place[1] - arm.east_m - here.east_m
-        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads)
-
-    def _announce_reset(self, fix: GnssFix, before: Place, after: Place) -> None:
-        """Announce that the estimate has restarted from a fix, where an inertial sensor had carried it."""
-        if self._inertial is not None:
-            jump_m = math.hypot(after.north_m - before.north_m, after.east_m - before.east_m)
-            text = f"Position reset by {jump_m:.0f} m ({fix.source})"
-            self._say(fix.t_s, TextKind.ALARM, "position_jumped", text)
-
-    def _announce(self, fix: GnssFix) -> None:
-        """Announce when another receiver takes over."""
-        before, self._position_source = self._position_source, fix.source
-        if before is not None and before != fix.source:
-            text = f"Position source: {fix.source} (was {before})"
-            self._say(fix.t_s, TextKind.ATTENTION, "position_source", text)
-
-    def _first_fix(self, fix: GnssFix, north: float, east: float, lever: Vector, sigma_m: float) -> None:
-        approved = self._first.update(north, east, sigma_m, fix.t_s)
-        if approved is None:
-            return
-        if distance_and_bearing(self._home.lat_deg, self._home.lon_deg, fix.lat_deg, fix.lon_deg)[0] > _FAR_FROM_HOME_M:
-            self.frame = LocalFrame(fix.lat_deg, fix.lon_deg)
-            approved = (0.0, 0.0)
-            if self._inertial is not None:
-                self._inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
-        self._pose.begin(fix.t_s, *approved, lever, sigma_m)
-        self._validity.begin(fix.t_s)
-        self._altitude.take(fix, lever)
-
     def _take_velocity(self, velocity: GroundVelocity) -> None:
         lever, rule = self._levers.get(velocity.source, ZERO), None
-        fix = None if self._fix is None else self._fix_types.get(velocity.source, self._fix.fix)
+        fix = None if self._fixes.newest is None else self._fixes.kinds.get(velocity.source, self._fixes.newest.fix)
         sigma_mps = self._accuracies.velocity_mps(velocity, fix)
-        if self._pose.started:
-            rule = self._witness.velocity(velocity, lever, sigma_mps, self._solution())
+        if self._solutions.pose.started:
+            rule = self._witness.velocity(velocity, lever, sigma_mps, self._solutions.used)
             self._time_velocity(velocity, lever)
         good = self._witness.trusts(Sense.VELOCITY, velocity.source)
         used = self._velocities.offer(velocity.source, velocity.t_s, good)
-        if rule is Verdict.REJECT or not (used or (good and self._blends)):
+        if rule is Verdict.REJECT or not (used or (good and self._fixes.blend)):
             return
         if used:
             self._aid_heading(velocity, sigma_mps, lever)
             self._search_heading(velocity, sigma_mps, lever)
-            if self._inertial is not None:
-                self._inertial.filter.expect_walk(self._accuracies.walk_mps_rthz(velocity, fix, sigma_mps))
-        if self._pose.started:
-            rule = self._begins_anew(Sense.VELOCITY, rule)
+            if self._solutions.inertial is not None:
+                self._solutions.inertial.filter.expect_walk(self._accuracies.walk_mps_rthz(velocity, fix, sigma_mps))
+        if self._solutions.pose.started:
+            rule = self._solutions.begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
-            verdict = self._solution().velocity(velocity.t_s, *measured, lever, self._noisier * sigma_mps, rule)
+            verdict = self._solutions.used.velocity(velocity.t_s, *measured, lever, self._noisier * sigma_mps, rule)
             if verdict is not Verdict.REJECT:
                 self._validity.velocity(velocity.t_s)
 
     def _time_velocity(self, velocity: GroundVelocity, lever: Vector) -> None:
         """Let a velocity tell how late its receiver is."""
-        inertial = self._feeling
-        if inertial is not None and velocity.source == self._positions.current:
+        inertial = self._solutions.feeling
+        if inertial is not None and velocity.source == self._fixes.source:
             self._receivers.velocity(inertial, velocity.t_s, (velocity.north_mps, velocity.east_mps), lever)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
-        solution, known_rad = self._solution(), math.inf
+        solution, known_rad = self._solutions.used, math.inf
         if self._headings.by_motion and isinstance(solution, InertialSolution):
             known_rad = solution.filter.sigmas()[2]
         course = self._headings.course(velocity, known_rad)
@@ -519,23 +367,23 @@ class Estimator:
 
     def _search_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
         """Look for the heading by the boat's motion while nothing measures it."""
-        inertial = self._inertial
-        if inertial is None or not self._pose.started or not self._search.is_due(velocity.t_s):
+        inertial = self._solutions.inertial
+        if inertial is None or not self._solutions.pose.started or not self._search.is_due(velocity.t_s):
             return
-        yaw_sigma_rad = self._solution().motion(inertial.t_s).yaw_sigma_rad
+        yaw_sigma_rad = self._solutions.used.motion(inertial.t_s).yaw_sigma_rad
         found = self._search.look(velocity, lever, sigma_mps, inertial, yaw_sigma_rad)
         if found is not None:
             self._orient(inertial, found)
 
     def _orient(self, inertial: InertialSolution, found: ErrorStateFilter) -> None:
         """Go on with a filter that has found the heading."""
-        t_s, motion = inertial.t_s, self._solution().motion(inertial.t_s)
+        t_s, motion = inertial.t_s, self._solutions.used.motion(inertial.t_s)
         # without a heading, the antenna may be on any side of the boat
         arm_m = max(math.hypot(lever[0], lever[1]) for lever in (*self._levers.values(), ZERO))
         inertial.continue_from(
             found, replace(motion, position_sigma_m=math.hypot(motion.position_sigma_m, 2.0 * arm_m))
         )
-        self._pose.heading(t_s, found.euler()[2], found.sigmas()[2], Verdict.RESET)
+        self._solutions.pose.heading(t_s, found.euler()[2], found.sigmas()[2], Verdict.RESET)
         self._validity.heading(t_s, 0.0)
         self._headings.found_by_motion(t_s)
         self._search.heard(t_s)
@@ -545,28 +393,33 @@ class Estimator:
         measured = self._headings.measured(reading, *self._place(), self._side.time_ns(reading.t_s))
         if measured is None:
             return
-        inertial = self._inertial
-        if inertial is not None and inertial.running and measured.source == self._positions.current:
+        inertial = self._solutions.inertial
+        if inertial is not None and inertial.running and measured.source == self._fixes.source:
             self._receivers.heading(inertial, reading.t_s, measured.yaw_rad)
-        rule = self._witness.heading(reading, measured, self._solution(), by_field_rad) if self._pose.oriented else None
+        rule = (
+            self._witness.heading(reading, measured, self._solutions.used, by_field_rad)
+            if self._solutions.pose.oriented
+            else None
+        )
         heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
-            self._fuse_heading(reading.t_s, heading, self._begins_anew(Sense.HEADING, rule))
+            self._fuse_heading(reading.t_s, heading, self._solutions.begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:
         """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be a wild one."""
         if self._here is not None:
             return self._here
-        fix = self._fix
+        fix = self._fixes.newest
         if fix is not None and fix.fix >= FixType.FIX_2D:
             return fix.lat_deg, fix.lon_deg
         return self._home.lat_deg, self._home.lon_deg
 
     def _fuse_heading(self, t_s: float, heading: TrueHeading, rule: Verdict | None = None) -> None:
-        solution, slow_sigma_rad = self._solution(), heading.slow_sigma_rad
-        if self._inertial is not None:
+        solution, slow_sigma_rad = self._solutions.used, heading.slow_sigma_rad
+        if self._solutions.inertial is not None:
             wander, common = Wander(slow_sigma_rad, heading.slow_time_s), 0.0 if heading.anew else 1.0
-            self._inertial.filter.expect_heading_wander(wander, common)
+            self._solutions.inertial.filter.expect_heading_wander(wander, common)
+            self._solutions.inertial.filter.heading_late = self._headings.used == self._fixes.source
         if isinstance(solution, InertialSolution):
             slow_sigma_rad = 0.0
         elif heading.added_sigma_rad > 0.0:
@@ -577,23 +430,25 @@ class Estimator:
 
     def _aid_by_model(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         """Let the hull model learn from the motion, and carry the velocity on where nothing measures it."""
-        usable = self._pose.started and self._pose.oriented and not self._model.is_impossible(motion)
+        usable = (
+            self._solutions.pose.started and self._solutions.pose.oriented and not self._model.is_impossible(motion)
+        )
         air = air_of(*self._side.wind(now_s))
         self._model.observe(now_s, thrust, motion if usable else None, air, self._validity)
-        solution = self._solution()
+        solution = self._solutions.used
         if isinstance(solution, InertialSolution):
             aid = self._model.velocity(now_s, motion, self._validity)
             if aid is not None:
                 solution.aid(*aid)
 
     def _motion(self, now_s: float) -> Motion:
-        solution = self._solution()
+        solution = self._solutions.used
         if isinstance(solution, InertialSolution):
             later = self._imus.later(self._queue.pending, now_s)
             if not solution.feels:
                 later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
-        motion, inertial = solution.motion(now_s), self._inertial
+        motion, inertial = solution.motion(now_s), self._solutions.inertial
         if inertial is None or now_s - self._queue.lag_s - inertial.t_s > _IMU_TIMEOUT_S:
             return motion
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
@@ -602,13 +457,13 @@ class Estimator:
     def _state(self, motion: Motion, waves: WaveMotion | None, now_s: float) -> NavState:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
-        if self._pose.started:
+        if self._solutions.pose.started:
             self._here = lat, lon
         surge, sway = ned_to_body(vn, ve, yaw)
-        validity, pose = self._validity, self._pose
+        validity, pose = self._validity, self._solutions.pose
         position_sigma_m, yaw_sigma_rad = validity.position_sigma_m(motion), validity.yaw_sigma_rad(motion)
-        by_gyro = isinstance(self._solution(), InertialSolution)
-        fix = self._fix
+        by_gyro = isinstance(self._solutions.used, InertialSolution)
+        fix = self._fixes.newest
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, self._parameters["FS_POS_T"])
         wind_speed, wind_from = self._side.wind(now_s)
         observer = self._model.current
@@ -620,7 +475,7 @@ class Estimator:
             and validity.heading_valid(yaw_sigma_rad, now_s, by_gyro, self._headings.by_motion),
             lat_deg=lat,
             lon_deg=lon,
-            altitude_m=self._altitude.altitude_m,
+            altitude_m=self._fixes.altitude_m,
             north_m=north,
             east_m=east,
             roll_rad=roll,
@@ -649,8 +504,8 @@ class Estimator:
             current_east_mps=current[1],
             current_accuracy_mps=current[2],
             distrusted=self._witness.monitor.state,
-            jumps_followed=self._jumps_followed,
+            jumps_followed=self._fixes.jumps_followed,
             position_covariance_m2=validity.covariance_m2(motion),
-            judged=() if self._inertial is None else tuple(self._inertial.judged.values()),
+            judged=() if self._solutions.inertial is None else tuple(self._solutions.inertial.judged.values()),
             waves=waves,
         )

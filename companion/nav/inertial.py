@@ -65,7 +65,6 @@ class InertialSolution:
         self.t_s = -math.inf  # of the last sample
         self.rates: Vector = (0.0, 0.0, 0.0)
         self.odometer = InertialSums()
-        self.late_sigma_s = 0.0  # one sigma of the times of the receiver in use
         self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
@@ -141,6 +140,12 @@ class InertialSolution:
         self.start(unsure, (roll - by / gravity_mps2, pitch + bx / gravity_mps2), _ANEW_TILT_SIGMA_RAD)
         self._anew = {"position", "heading"}
 
+    def forget_jump(self) -> None:
+        """If positions have jumped, it was a change of their latency, as is known now: the next one counts alone."""
+        if self._slow_position.has_jumped:
+            self._slow_position.begin()
+            self._anew = {"position"}
+
     def carry_over(self, lever_m: Vector, noise: FilterNoise) -> None:
         """Go on with the samples of another sensor, at that place from the boat's origin."""
         filter_ = self.filter
@@ -207,18 +212,8 @@ class InertialSolution:
     @property
     def doubts(self) -> tuple[float, float, float]:
         """One sigma of position and velocity on each axis (m, m/s) and of heading (rad), beside the filter's: it may
-        have followed what was no motion, or come from another time."""
-        slow_m, slow_mps, slow_rad = self._slow_position.doubt, self._slow_velocity.doubt, self._slow_heading.doubt
-        late_s = self.late_sigma_s
-        if late_s == 0.0:
-            return slow_m, slow_mps, slow_rad
-        north, east, _ = self.filter.velocity
-        speed_mps, turn_radps = math.hypot(north, east), abs(self.rates[2])
-        return (
-            math.hypot(slow_m, late_s * speed_mps),
-            math.hypot(slow_mps, late_s * speed_mps * turn_radps),
-            math.hypot(slow_rad, late_s * turn_radps),
-        )
+        have followed what was no motion."""
+        return self._slow_position.doubt, self._slow_velocity.doubt, self._slow_heading.doubt
 
     @property
     def lanes(self) -> Sequence[Lane]:
@@ -236,18 +231,21 @@ class InertialSolution:
         return math.sqrt(max(float(self.filter.covariance[14, 14]), 0.0))
 
     def place(self, t_s: float) -> Place:
-        """As `Solution.place`, with the slow error that measurements have."""
+        """As `Solution.place`, with the slow error and the latency that measurements have."""
         filter_, ahead_s = self.filter, t_s - self.t_s
         arm = rotate(filter_.rotation, self._imu_lever_m)
         swing = velocity_ned(filter_.rotation, filter_.rates, self._imu_lever_m)
         north, east = filter_.velocity[0] - swing[0], filter_.velocity[1] - swing[1]
+        late_s, (gn, ge) = filter_.late_s, filter_.gaining
+        ahead_s -= late_s
         yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
+        turned_s = ahead_s if filter_.heading_late else ahead_s + late_s
         return Place(
             filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north,
             filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east,
-            north,
-            east,
-            wrap_pi(yaw + filter_.heading_wander + ahead_s * filter_.rates[2]),
+            north - late_s * gn,
+            east - late_s * ge,
+            wrap_pi(yaw + filter_.heading_wander + turned_s * filter_.rates[2]),
             filter_.measured_sigma_m(),
         )
 
@@ -360,7 +358,7 @@ class InertialSolution:
     def aid(self, north_mps: float, east_mps: float, sigma_mps: float) -> None:
         """Fuse a modelled velocity of the boat's origin if it passes the gate. It never resets the filter."""
         innovation = self.filter.velocity_innovation(
-            north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps
+            north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps, late=False
         )
         if innovation.normalised_square <= VELOCITY_GATE.chi_square:
             self.filter.fuse(innovation)

@@ -1,4 +1,4 @@
-"""What measurements are off by, as the error-state filter has it: slow errors."""
+"""What measurements are off by, as the error-state filter has it: slow errors, and a latency that nobody knows."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ class Wander(NamedTuple):
 
 
 class MeasuredOff(NamedTuple):
-    """The wander of positions (m, north and east) and headings (rad)."""
+    """The wander of positions (m, north and east) and headings (rad), and by how much the values of the receiver in use
+    are later than their times (s)."""
 
     north_m: float
     east_m: float
     heading_rad: float
+    late_s: float

@@ -1,8 +1,10 @@
 """How late the values of the receiver in use are, beyond what its row says.
 
-The gyro tells it from the receiver's headings in turns (`turn_latency.py`), gyro and accelerometers from its velocities
-where the boat turns or gathers way (`velocity_latency.py`); both without what the filter has made of late values. What
-has come out twice is told, and goes over to the times of the readings without a jump of the estimate.
+The filter holds it as a state and allows for it from the start. It is found here without what the filter has made of
+late values: the gyro tells it from the receiver's headings in turns (`turn_latency.py`), gyro and accelerometers from
+its velocities where the boat turns or gathers way (`velocity_latency.py`). What has come out twice is told, and goes
+over from the filter's state to the times of the readings without a jump of the estimate. Where the filter agrees, its
+figure is the better one; where it does not, the latency has changed.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ from companion.nav.velocity_latency import VelocityLatency
 
 _LEAST_S, _MOST_S = 0.04, 0.5  # a smaller one is left as it is; a larger one is no latency
 _SURE_S = 0.05  # one sigma: one that headings tell no better is left as it is
+_CHANGED_S = 0.1  # the same, at least, of one that has changed under way
+_HELD_SURE_S = 0.015  # the same, of what the filter has
 _SIGMAS, _SIGMAS_AGAIN = 5.0, 3.0  # of what velocities tell, to count the first time, and when it agrees with that
 _AGREES, _AGREES_SIGMAS = 0.25, 3.0  # by which it may differ the second time
 _DOUBTED_S, _AGAIN_S = 10.0, 60.0  # a latency that was seen once is in doubt for so long, and not again before
@@ -51,13 +55,12 @@ class LatencyFound:
 @dataclass(slots=True)
 class _Receiver:
     """`late_s`: what has gone over to its readings, `coming_s`: what is still to. `once`: what has been seen once,
-    `once_s`: when. `sigma_s`: of what was found. `settled_s`: when all had gone over, and the estimate with it."""
+    `once_s`: when. `settled_s`: when all had gone over, and the estimate with it."""
 
     late_s: float = 0.0
     coming_s: float = 0.0
     once: LatencyFound | None = None
     once_s: float = -math.inf
-    sigma_s: float = 0.0
     settled_s: float = -math.inf
 
 
@@ -83,15 +86,6 @@ class ReceiverLatency:
             return False
         return self._t_s < receiver.settled_s or self._t_s - receiver.once_s < _DOUBTED_S
 
-    def unsure_s(self, source: str) -> float:
-        """One sigma of the times of a receiver that was found to be late, or seems to be."""
-        receiver = self._receivers.get(source)
-        if receiver is None:
-            return 0.0
-        seen = receiver.once
-        doubt_s = 0.0 if seen is None else abs(seen.late_s - receiver.late_s)
-        return max(doubt_s, abs(receiver.coming_s), receiver.sigma_s)
-
     def heading(self, inertial: InertialSolution, t_s: float, yaw_rad: float) -> None:
         """Take a heading of the receiver in use, whether it is used or not: one that lags seems to drift in a turn."""
         turn_radps = inertial.filter.turn_radps
@@ -104,7 +98,9 @@ class ReceiverLatency:
         self._velocity.take(t_s, velocity, inertial.lanes, (swing.north_mps, swing.east_mps))
 
     def update(self, inertial: InertialSolution, source: str) -> LatencyFound | None:
-        """Returns what is found anew of the receiver in use."""
+        """Returns what is found anew of the receiver in use; nothing where its file tells the latency exactly."""
+        if inertial.filter.late_sigma_s() == 0.0:
+            return None
         receiver = self._receivers.get(source)
         if receiver is None:
             receiver = self._receivers[source] = _Receiver()
@@ -117,14 +113,30 @@ class ReceiverLatency:
         self._begin()
         if before is None or not found.agrees(before):
             receiver.once = found
+            held = _held(inertial, receiver, found)
+            if not held.agrees(found):
+                inertial.filter.doubt_late(found.late_s - held.late_s)
             if self._t_s - receiver.once_s >= _AGAIN_S:
                 receiver.once_s = self._t_s
             return None
-        receiver.once, found = None, found.joined(before)
-        receiver.coming_s, receiver.sigma_s = found.late_s - receiver.late_s, found.sigma_s
+        judged = self._judge(inertial, receiver, found.joined(before))
+        if judged is None:
+            return None
+        receiver.once, found = None, judged
+        receiver.coming_s = found.late_s - receiver.late_s
         receiver.once_s = -math.inf
         receiver.settled_s = self._t_s + abs(receiver.coming_s) / _JOIN_SPS + _SETTLES_S
         return found
+
+    @staticmethod
+    def _judge(inertial: InertialSolution, receiver: _Receiver, found: LatencyFound) -> LatencyFound | None:
+        """What is found, or what the filter has of it where both agree; None while that is not sure enough."""
+        held = _held(inertial, receiver, found)
+        if not held.agrees(found):
+            inertial.filter.learn_late(found.late_s - receiver.late_s, max(found.sigma_s, _CHANGED_S))
+            inertial.begin_anew()  # it holds what turns and starts have made of values that were late
+            return found
+        return held if held.sigma_s <= _HELD_SURE_S else None
 
     def _watch(self, inertial: InertialSolution, source: str) -> float:
         """Begin anew with another receiver, or another run of the filter. Returns the time since the last update, s."""
@@ -169,13 +181,19 @@ class ReceiverLatency:
         return found if tells and abs(found.late_s) <= _MOST_S else None
 
     def _join(self, inertial: InertialSolution, receiver: _Receiver, passed_s: float) -> None:
-        """Let a latency go over to the readings, and move the estimate along, which has been late as they were."""
+        """Let a latency go over from the filter's estimate of it to the readings' times."""
         if receiver.coming_s == 0.0:
             return
         step_s = max(-_JOIN_SPS * passed_s, min(_JOIN_SPS * passed_s, receiver.coming_s))
         receiver.late_s += step_s
         receiver.coming_s -= step_s
-        inertial.filter.move_on(step_s)
+        inertial.filter.late_s -= step_s
         if receiver.coming_s == 0.0:
-            inertial.begin_anew()  # it holds what turns and starts have made of values that were late
+            inertial.forget_jump()
         self._begin()
+
+
+def _held(inertial: InertialSolution, receiver: _Receiver, found: LatencyFound) -> LatencyFound:
+    """What the filter has of a latency that was found."""
+    filter_ = inertial.filter
+    return LatencyFound(found.source, receiver.late_s + filter_.late_s, filter_.late_sigma_s())

@@ -53,6 +53,11 @@ class SlowError:
         self._y1 = self._y2 = self._alike = self._apart = 0.0
         self._added = 0.0
 
+    @property
+    def has_jumped(self) -> bool:
+        """Whether what measurements are off by has jumped, and is not back."""
+        return self._jump_s > -math.inf
+
     def begin(self) -> None:
         """The filter begins anew."""
         self._t_s = self._jump_s = -math.inf

@@ -12,14 +12,16 @@ LATE_S = 1.5  # a receiver that sends once a second is heard by then
 
 
 class Unmeasured:
-    """`update(nav, armed, now_s)` once a tick. Remembers what is not measured, while the boat is armed.
+    """`update(nav, armed, now_s)` once a tick. Remembers what is not measured, while the boat is armed, and when a
+    sensor was last not used because it lies.
 
-    A sensor that is not used because it lies has been told of by then (`sense_distrusted`).
+    Such a one has been told of by then (`sense_distrusted`), and its next value comes after it is trusted again.
     """
 
     def __init__(self, events: EventLog) -> None:
         self._events = events
         self._missing: set[str] = set()
+        self._lied_s: dict[str, float] = {}
 
     def update(self, nav: NavState, armed: bool, now_s: float) -> None:
         """Announce what is measured no more, and what is measured again."""
@@ -27,8 +29,10 @@ class Unmeasured:
         self._watch("heading", nav.heading_age_s, "by the gyro alone", nav, armed, now_s)
 
     def _watch(self, sense: str, age_s: float, instead: str, nav: NavState, armed: bool, now_s: float) -> None:
-        lies = any(one.sense == sense and one.excluded for one in nav.distrusted)
-        missing = armed and LATE_S <= age_s < math.inf and not lies
+        if any(one.sense == sense and one.excluded for one in nav.distrusted):
+            self._lied_s[sense] = now_s
+        lied = now_s - self._lied_s.get(sense, -math.inf) < LATE_S
+        missing = armed and LATE_S <= age_s < math.inf and not lied
         if missing and sense not in self._missing:
             self._missing.add(sense)
             text = f"{sense.capitalize()} not measured: {instead}"

@@ -60,6 +60,7 @@ def _receiver(row: SensorConfig, grade: Grade) -> SensorConfig:
         position_wander_s=plain.slow_tau_s,
         velocity_accuracy_mps=plain.velocity_mps / share,
         velocity_lasts_s=0.0,
+        latency_accuracy_s=0.0,
         rtk_float=_errors(FLOAT),
         rtk_fixed=_errors(grade if grade.quality == _FIXED else GRADES["rtk"]),
     )

@@ -3,7 +3,8 @@
 Page's test on the difference of both. Which of them lies is told by how it began: a gyro whose bias changes does so
 from one sample to the next, without the moment that a real turn needs; a gyro with the wrong sign turns as far as the
 heading does, the other way; a heading that creeps leaves the gyro as it was. A gyro that drifts off slowly cannot be
-told from a heading that does: the heading is blamed. What one latency explains is blamed on neither
+told from a heading that does: the heading is blamed. While it is not used, nobody steers by it: if it goes on to turn
+as far as the gyro, the other way, it was the gyro after all. What one latency explains is blamed on neither
 (`late_heading.py`): what that makes of a turn ends with it.
 """
 
@@ -39,6 +40,9 @@ _ROUND_ONSET_S = 1.0  # how far the onset may be off
 _STEP_SHARE = 0.6  # of the rate of the drift, by which the gyro's step must explain it
 _LEAST_STEP_RADPS = math.radians(0.6)  # smaller steps are noise
 _OPPOSITE = 0.6  # share of the drift by which heading and turn may differ in size
+_OPPOSITE_UNUSED = 0.25  # the same, of a heading that is not used
+_LEAST_TURN_RAD = math.radians(5.0)  # of that, and how often in a row
+_OPPOSITE_TIMES = 2
 _MODEL_TICKS = 5  # between two rates that are compared with the model
 _MODEL_SLOPE = 0.3
 _MODEL_MOST = 3.0  # times the changes of the model, up to which thrust made those of the gyro
@@ -76,14 +80,15 @@ class _Track:
         slack = slack_radps, _TURN_SHARE
         return explained_by_latency(self.times_s, self.headings_rad, self.turns_rad, first, slack, threshold_rad)
 
-    def is_opposite(self, from_s: float) -> bool:
-        """Whether the heading has turned about as far as the gyro since a time, but the other way."""
+    def is_opposite(self, from_s: float, share: float = _OPPOSITE, least_rad: float = 0.0) -> bool:
+        """Whether the heading has turned about as far as the gyro since a time, but the other way. `least_rad`: of the
+        turn."""
         first = bisect_left(self.times_s, from_s)
         if len(self.times_s) - first < 2:
             return False
         heading_rad = self.headings_rad[-1] - self.headings_rad[first]
         turn_rad = self.turns_rad[-1] - self.turns_rad[first]
-        return abs(heading_rad + turn_rad) <= _OPPOSITE * abs(heading_rad - turn_rad)
+        return abs(heading_rad + turn_rad) <= share * abs(heading_rad - turn_rad) and abs(turn_rad) >= least_rad
 
 
 @dataclass(slots=True)
@@ -94,6 +99,8 @@ class _Source:
     cusum: ScalarCusum = field(default_factory=ScalarCusum)
     since_s: float | None = None
     drifted_s: float = 0.0  # when it last drifted by the threshold
+    opposite: int = 0  # stretches in a row in which it turned against the gyro while it was not used
+    unused_s: float = 0.0  # when the present one began
     track: _Track = field(default_factory=_Track)
     skipped: int = 0  # headings in a row that were off the others
 
@@ -201,6 +208,9 @@ class HeadingDrift(Hypothesis):
         if doubt >= 1.0:
             if source.since_s is None and not distrusted:
                 self._blame(source, seen, evidence)
+                source.opposite, source.unused_s = 0, seen.t_s
+            elif source.since_s is not None and distrusted and evidence.imu:
+                self._reconsider(source, source.since_s, seen.t_s, evidence.imu[-1].source)
             source.drifted_s = seen.t_s
             source.cusum.clear(seen.t_s)
         elif seen.t_s - source.drifted_s >= _STEADY_S and abs(seen.off_rad) <= _AGREES_RAD + 3.0 * seen.sigma_rad:
@@ -219,6 +229,16 @@ class HeadingDrift(Hypothesis):
             self._imu = evidence.imu[-1].source, "yaw rate is off", onset_s
         else:
             source.since_s = onset_s
+
+    def _reconsider(self, source: _Source, since_s: float, t_s: float, imu: str) -> None:
+        """Blame the gyro in place of a heading that is not used, where both still turn opposite ways."""
+        turn_rad = source.track.spread_rad(source.unused_s)
+        if turn_rad < _LEAST_TURN_RAD:
+            return
+        opposite = source.track.is_opposite(source.unused_s, _OPPOSITE_UNUSED, _LEAST_TURN_RAD)
+        source.opposite, source.unused_s = (source.opposite + 1 if opposite else 0), t_s
+        if source.opposite >= _OPPOSITE_TIMES:
+            self._imu, source.since_s = (imu, "yaw axis reversed", since_s), None
 
     def _rate_before_radps(self, onset_s: float) -> float:
         """Mean size of the yaw rate just before a time: a gyro that changes its sign then steps by twice as much."""

@@ -105,11 +105,11 @@ def sail(voyage: Voyage) -> Truth:
 
 
 def config_of(voyage: Voyage, latency_s: float = 0.0) -> VesselConfig:
-    """ReVolt with the sensors where the voyage has them."""
+    """ReVolt with the sensors where the voyage has them, and a latency that is known exactly."""
     config = vessel_config.load(vessel_config.find("revolt"))
     gnss, imu = config.sensors
     x, y, z = voyage.lever
-    gnss = replace(gnss, x_m=x, y_m=y, z_m=z, latency_s=latency_s)
+    gnss = replace(gnss, x_m=x, y_m=y, z_m=z, latency_s=latency_s, latency_accuracy_s=0.0)
     x, y, z = voyage.imu_lever
     return replace(config, sensors=(gnss, replace(imu, x_m=x, y_m=y, z_m=z)))
 

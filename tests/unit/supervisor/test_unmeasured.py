@@ -41,4 +41,7 @@ def test_a_sensor_that_lies_was_told_already(boat: Boat) -> None:
     assert "position_unmeasured" not in boat.names()
     boat.nav = replace(boat.nav, distrusted=())
     boat.step()
+    assert "position_unmeasured" not in boat.names()  # its next value is on the way
+    for _ in range(20):
+        boat.step()
     assert "position_unmeasured" in boat.names()

@@ -102,6 +102,29 @@ def test_a_gyro_that_turns_the_other_way_is_blamed() -> None:
     assert passage.go(5.0), "only disarming clears a sensor whose axis is wrong"
 
 
+def unused(spoil: Spoil) -> Spoil:
+    """As `spoil`; no thrust tells who turns, and from 10 s on the heading is not used."""
+
+    def spoiled(evidence: Evidence, age_s: float) -> None:
+        spoil(evidence, age_s)
+        evidence.model = None
+        evidence.distrusted = frozenset({HEADING} if age_s > 10.0 else ())
+
+    return spoiled
+
+
+def test_a_heading_that_goes_on_to_turn_against_the_gyro_while_it_is_not_used_was_right() -> None:
+    """In a calm nothing told them apart: the compass was blamed, and the boat was 64° off after half a minute."""
+    found = known(36.6).go(40.0, unused(gyro_reversed()))
+    assert found[0][1].channel == HEADING
+    assert (found[-1][1].channel, found[-1][1].fault) == (GYRO, "yaw axis reversed")
+
+
+def test_a_heading_that_creeps_on_while_it_is_not_used_stays_blamed() -> None:
+    found = known().go(60.0, unused(lambda evidence, age_s: turned(evidence, math.radians(1.0 * age_s))))
+    assert {finding.channel for _, finding in found} == {HEADING}
+
+
 def test_without_a_gyro_it_is_silent() -> None:
     def bare(evidence: Evidence, age_s: float) -> None:
         evidence.headings = [seen._replace(turned_rad=None) for seen in evidence.headings]

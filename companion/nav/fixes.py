@@ -1,0 +1,217 @@
+"""Fixes of all receivers → the positions that the solution in use takes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from companion.config.vessel import NavigatedBoat
+from companion.core.decision import TextKind
+from companion.core.events import Announce
+from companion.core.geodesy import LocalFrame, distance_and_bearing
+from companion.core.readings import FixType, GnssFix
+from companion.nav.accuracies import SensorAccuracies
+from companion.nav.altitude import Altitude
+from companion.nav.blending import Offset, ReceiverBlend
+from companion.nav.inertial import InertialSolution
+from companion.nav.integrity.evidence import Sense
+from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
+from companion.nav.no_imu import PoseSolution
+from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.solution import Place
+from companion.nav.solutions import Solutions
+from companion.nav.sources import GradeWatch, SourceSelector
+from companion.nav.validity import Validity
+from companion.nav.witness import Witness
+from companion.params.store import Parameters
+
+_FAR_FROM_HOME_M = 50_000.0
+_LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
+_THESIS_RULE = 1
+
+
+class JudgedFix(NamedTuple):
+    """A fix that has been judged. `place`: of its antenna, north and east in m; `lever_m`: of the antenna from the
+    boat's origin; `sigma_m`: on each axis. `good`: it may be used; `used`: it is of the receiver in use. `rule`: the
+    verdict that replaces the gate's."""
+
+    fix: GnssFix
+    place: tuple[float, float]
+    lever_m: Vector
+    sigma_m: float
+    good: bool
+    used: bool
+    rule: Verdict | None
+
+
+class Fixes:
+    """Call `judge` for each fix, then `fuse` for what it returns.
+
+    Remembers the receiver in use with its newest fix and slow error, the kind of fix of each receiver and their offsets
+    from each other, the local plane, the altitude, and how many jumps were followed.
+    """
+
+    def __init__(
+        self,
+        config: NavigatedBoat,
+        parameters: Parameters,
+        say: Announce,
+        accuracies: SensorAccuracies,
+        witness: Witness,
+        validity: Validity,
+        solutions: Solutions,
+    ) -> None:
+        self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
+        self.newest: GnssFix | None = None
+        self.kinds: dict[str, FixType] = {}  # of each receiver
+        self.jumps_followed = 0
+        self._home, self._parameters, self._say = config.home, parameters, say
+        self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
+        self._accuracies, self._witness, self._validity, self._solutions = accuracies, witness, validity, solutions
+        self._receivers = SourceSelector({row.name: row.timeout_s for row in config.sensors})
+        self._first = FirstPosition()
+        self._thesis = ThesisOutlierRule()
+        self._grade = GradeWatch()
+        self._blend = ReceiverBlend()
+        self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
+        self._altitude = Altitude(config.home.altitude_m)
+        self._announced: str | None = None
+
+    @property
+    def source(self) -> str | None:
+        """The receiver in use; None before the first good fix."""
+        return self._receivers.current
+
+    @property
+    def altitude_m(self) -> float:
+        """Altitude of the boat's origin."""
+        return self._altitude.altitude_m
+
+    @property
+    def blend(self) -> bool:
+        """Whether several receivers are used at once."""
+        chosen = self._parameters["NAV_BLEND"] and self._parameters["NAV_WILD_RULE"] != _THESIS_RULE
+        return len(self.kinds) > 1 and bool(chosen)
+
+    def begin_anew(self) -> None:
+        """Look for the boat's position as at the start."""
+        self._first = FirstPosition()
+
+    def forget_offsets(self) -> None:
+        """The estimate has been set anew: what receivers were off from it is void."""
+        self._blend.clear()
+
+    def judge(self, fix: GnssFix) -> JudgedFix:
+        """Whether to use a fix, and how accurate it is."""
+        good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
+        lever = self._levers.get(fix.source, ZERO)
+        sigma_m = self._accuracies.position_m(fix)
+        place = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
+        rule = None
+        if good and self._solutions.pose.started:
+            rule = self._witness.position(fix, place, lever, sigma_m, self._solutions.used)
+            sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
+        good = good and self._witness.trusts(Sense.POSITION, fix.source)
+        used = self._receivers.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
+        if used or self.newest is None or self.newest.source == fix.source:
+            self.newest = fix
+        self.kinds[fix.source] = fix.fix
+        return JudgedFix(fix, place, lever, sigma_m, good, used, rule)
+
+    def fuse(self, judged: JudgedFix, noisier: float) -> None:
+        """Let the solution take it, where it is used. `noisier`: the factor by which its noise counts as larger."""
+        fix, started = judged.fix, self._solutions.pose.started
+        if not judged.good:
+            self._blend.drop(fix.source)
+        if judged.used:
+            self._announce(fix)
+            self._use(judged, noisier)
+        elif judged.good and self.blend and started and judged.rule is None:
+            self._fuse(judged, noisier, None)
+
+    def _use(self, judged: JudgedFix, noisier: float) -> None:
+        """Take a fix of the receiver in use."""
+        rule, (north, east) = judged.rule, judged.place
+        self.jumps_followed += rule is Verdict.RESET
+        if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE:
+            rule = rule or self._thesis.update(north, east)
+        if not self._solutions.pose.started:
+            self._begin(judged)
+            return
+        if self._solutions.begins_anew(Sense.POSITION, rule) is Verdict.RESET:
+            here = self._solutions.used.place(judged.fix.t_s)
+            off_m = math.hypot(north - here.north_m, east - here.east_m)
+            rule = Verdict.RESET if rule is Verdict.RESET or off_m > _LIE_M else rule
+        self._fuse(judged, noisier, rule)
+
+    def _begin(self, judged: JudgedFix) -> None:
+        """Begin at the first positions, once they agree."""
+        fix = judged.fix
+        approved = self._first.update(*judged.place, judged.sigma_m, fix.t_s)
+        if approved is None:
+            return
+        if distance_and_bearing(self._home.lat_deg, self._home.lon_deg, fix.lat_deg, fix.lon_deg)[0] > _FAR_FROM_HOME_M:
+            self.frame = LocalFrame(fix.lat_deg, fix.lon_deg)
+            approved = (0.0, 0.0)
+            if self._solutions.inertial is not None:
+                self._solutions.inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
+        self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m)
+        self._validity.begin(fix.t_s)
+        self._altitude.take(fix, judged.lever_m)
+
+    def _fuse(self, judged: JudgedFix, noisier: float, rule: Verdict | None) -> None:
+        fix, place, sigma_m = judged.fix, judged.place, judged.sigma_m
+        solution, leads, accuracies = self._solutions.used, fix.source == self.source, self._accuracies
+        added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
+        inertial = isinstance(solution, InertialSolution)
+        if isinstance(solution, PoseSolution) and added_m2 > 0.0:
+            solution.add_position_variance(added_m2)
+        fused_sigma_m = noisier * accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        slow_sigma_m = accuracies.slow_m(fix, sigma_m)
+        if self.blend and rule is None:
+            offset = self._offset(judged, fused_sigma_m, slow_sigma_m, leads)
+            if offset is None:
+                return
+            place = place[0] - offset.north_m, place[1] - offset.east_m
+            slow_sigma_m = offset.slow_sigma_m
+        if leads:
+            self._expect_wander(fix, slow_sigma_m)
+        before = solution.place(fix.t_s)
+        verdict = solution.position(fix.t_s, *place, judged.lever_m, fused_sigma_m, rule)
+        if verdict is Verdict.RESET:
+            self._blend.clear()
+            self._announce_reset(fix, before, solution.place(fix.t_s))
+        if verdict is not Verdict.REJECT:
+            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
+            if leads:
+                self._altitude.take(fix, judged.lever_m)
+
+    def _offset(self, judged: JudgedFix, sigma_m: float, slow_sigma_m: float, leads: bool) -> Offset | None:
+        """What blending takes off a fix; None: the receiver is new."""
+        solution, fix, place = self._solutions.used, judged.fix, judged.place
+        here, arm = solution.place(fix.t_s), solution.offset(judged.lever_m)
+        off_m = place[0] - arm.north_m - here.north_m, place[1] - arm.east_m - here.east_m
+        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads)
+
+    def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
+        """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
+        before, self._wander_of = self._wander_of, fix.source
+        inertial = self._solutions.inertial
+        if inertial is not None:
+            another = before not in (None, fix.source) and not self.blend
+            inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
+            inertial.filter.expect_late(self._accuracies.latency_s(fix.source), before not in (None, fix.source))
+
+    def _announce(self, fix: GnssFix) -> None:
+        """Announce when another receiver takes over."""
+        before, self._announced = self._announced, fix.source
+        if before is not None and before != fix.source:
+            text = f"Position source: {fix.source} (was {before})"
+            self._say(fix.t_s, TextKind.ATTENTION, "position_source", text)
+
+    def _announce_reset(self, fix: GnssFix, before: Place, after: Place) -> None:
+        """Announce that the estimate has restarted from a fix, where an inertial sensor had carried it."""
+        if self._solutions.inertial is not None:
+            jump_m = math.hypot(after.north_m - before.north_m, after.east_m - before.east_m)
+            text = f"Position reset by {jump_m:.0f} m ({fix.source})"
+            self._say(fix.t_s, TextKind.ALARM, "position_jumped", text)
