@@ -2,7 +2,8 @@
 
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
-the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N.
+the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N; to more where that has long been too
+little, because wind holds the bow.
 """
 
 from __future__ import annotations
@@ -19,19 +20,24 @@ from companion.params.store import Parameters
 _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
 _STOP_SHARE = 0.25  # of the impeller's least thrust: a smaller demand stops it
 _LEAST_THRUST_N = 1.0
+# JET_STEER_N suffices for turns in the first time. After it the thrust grows by as much again in each of the second, to
+# at most three times as much: the nozzle may be stuck.
+_TURN_S, _MORE_S, _MOST = 4.0, 4.0, 3.0
 
 
 class JetAllocator(SteeredAllocator):
     """Wrench → Allocation, by the inverse of the jet's thrust curve at the present speed.
 
     The throttle rises no faster than the vessel's force rate at rest; the nozzle keeps its rate and its stops.
-    Remembers the throttle, the nozzle's angle, and whether the jet has failed.
+    Remembers the throttle, the nozzle's angle, how long the thrust for steering has been too little, and whether the
+    jet has failed.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         super().__init__(config, parameters)
         self._curve = JetCurve(self._thruster)
         self._throttle = 0.0
+        self._short_s = 0.0
 
     def feel(self, rig: Rig | None, nav: NavState) -> None:
         """No effect."""
@@ -47,12 +53,20 @@ class JetAllocator(SteeredAllocator):
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         across_n = wrench.yaw_nm / self._thruster.x_m
         stop_rad = self._high_rad if across_n >= 0.0 else -self._low_rad
-        steering_n = min(abs(across_n) / math.sin(stop_rad), self._parameters["JET_STEER_N"])
+        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, dt_s)
         thrust_n = max(math.hypot(max(0.0, wrench.surge_n), across_n) if wrench.surge_n > 0.0 else 0.0, steering_n)
         self._open(self._wanted(thrust_n, surge_mps), dt_s)
         given_n = self._curve.thrust_n(self._throttle, surge_mps)
         if given_n > _LEAST_THRUST_N:
             self._steer(math.asin(min(1.0, max(-1.0, across_n / given_n))), dt_s)
+
+    def _steering_n(self, wanted_n: float, surge_n: float, dt_s: float) -> float:
+        """The thrust for steering, of that with which the nozzle at its stop would give the moment."""
+        usual_n = self._parameters["JET_STEER_N"]
+        short = wanted_n > max(usual_n, surge_n)
+        self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
+        self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
+        return min(wanted_n, usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S))
 
     def _wanted(self, thrust_n: float, surge_mps: float) -> float:
         """The throttle for a thrust: 0, or at least the one at which the impeller turns; between them with

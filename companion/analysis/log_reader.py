@@ -52,10 +52,16 @@ def open_log(folder: Path) -> Log:
         config = vessel_of(manifest["configuration"])
         parameters = {str(name): float(value) for name, value in manifest["parameters"].items()}
     except OSError as error:
-        raise LogError(f"{folder}: no log folder: {error.strerror}: {path.name}") from error
+        raise LogError(f"{folder}: no log folder: {error.strerror}: {path.name}{_logs_in(folder)}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise LogError(f"{path}: not a manifest that this version can read: {error}") from error
     return Log(folder, config, parameters)
+
+
+def _logs_in(folder: Path) -> str:
+    """The hint to the newest log in a folder of logs; empty where there is none."""
+    newest = max(folder.glob("*/manifest.json"), key=lambda path: path.stat().st_mtime, default=None)
+    return "" if newest is None else f"; the newest log in it is {newest.parent}"
 
 
 def parameters_of(log: Log, warnings: list[str]) -> Parameters:

@@ -304,6 +304,26 @@ class FenceGuard:
             return True
         return areas.keeping.margin(*to_place).distance_m > areas.keeping.margin(*from_place).distance_m
 
+    def held_place(self, place: Place) -> Place:
+        """Where a boat that drifts in its watch circle holds, which is to hold `place`: the nearest place so far inside
+        that the circle is, and that it can go straight to. `place` itself where there is none, and outside the
+        fence."""
+        areas = self.areas()
+        if areas is None or not areas.fence.contains(*place) or areas.keeping.contains(*place):
+            return place
+        inside = areas.keeping.nearest_inside(*place)
+        return inside if inside is not None and areas.fence.covers((place, inside)) else place
+
+    def room_m(self, place: Place, course_rad: float) -> float:
+        """How far the middle of the boat may go from `place` on a course; infinite without a fence ahead, and
+        outside."""
+        areas = self.areas()
+        if areas is None or not areas.fence.contains(*place):
+            return math.inf
+        if not areas.stopping.contains(*place):
+            return 0.0
+        return areas.stopping.way_to_line_m(*place, math.cos(course_rad), math.sin(course_rad))
+
     def way(self, begin: Place, end: Place) -> Way | None:
         """As `Allowed.way`."""
         return self.allowed.way(begin, end)

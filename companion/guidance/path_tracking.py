@@ -23,6 +23,7 @@ from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint
 from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
+from companion.guidance.rounding_up import RoundingUp
 from companion.guidance.speed_profile import BendLimits, SpeedProfile
 from companion.guidance.track import Track
 from companion.guidance.turning import UNKNOWN, Turning
@@ -90,6 +91,7 @@ class PathTracker:
         self._laid: LaidTrack | None = None
         self._crab = CrabCompensation(top_mps)
         self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab, submit)
+        self._up = RoundingUp(parameters, turning.on_the_spot)
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -183,6 +185,7 @@ class PathTracker:
         self._profile_key = ()
         if self._motion is not None:
             self._motion.take(laid)
+        self._up.reset()
         self._tip_end = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
@@ -232,6 +235,7 @@ class PathTracker:
             setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed
+            self._round_up(nav, here)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
             ahead = track.at(
                 self._s + (_TURN_PREVIEW_S + self._turning.late_s(nav.surge_mps, nav.sway_mps)) * self._speed
@@ -324,6 +328,12 @@ class PathTracker:
             return 0.0
         return _STEERAGE * math.hypot(*self._crab.water(nav))
 
+    def _round_up(self, nav: NavState, here: PathPoint) -> None:
+        """See whether the boat is so near the end that it turns its bow into the stream."""
+        if self._can_sway or not self._stop_at_end or self._passed < len(self._waypoints) - 1:
+            return
+        self._up.update(nav, self._crab.water(nav), here.course_rad, self._waypoint_s_m[-1] - self._s)
+
     def _next_speed(self, track: Track, speed_mps: float, dt_s: float, least_mps: float) -> float:
         """`least_mps`: no bend slows the boat below it."""
         parameters = self._parameters
@@ -350,6 +360,7 @@ class PathTracker:
             wanted = max(wanted, min(speed_mps, least_mps))
         if self._stop_at_end and speed_mps > 0.0:
             wanted = max(wanted, min(speed_mps, self._creep_mps()))
+        wanted = min(wanted, self._up.most_mps)
         step = 1.25 * parameters["PATH_ACC"] * dt_s
         return min(self._speed + step, max(self._speed - 1.5 * step, wanted))
 
@@ -368,6 +379,8 @@ class PathTracker:
         return course_radps if follows else math.copysign(most, to_turn_rad)
 
     def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
+        if self._up.lasts:
+            return self._up.heading_rad(self._crab.water(nav), course_rad, self._speed)
         if not self._can_sway:
             return self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
         return self._crab.bow_rad(nav, course_rad, self._speed, self._parameters["DP_SPEED_SWAY"], last_rad)
@@ -402,7 +415,9 @@ class PathTracker:
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
         lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
         surge = self._speed * max(lowest, math.cos(off))
-        if self._pivots and not against:
+        if self._up.lasts:
+            surge = max(surge, self._up.least_mps(nav, self._crab.water(nav), best))
+        elif self._pivots and not against:
             surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
         self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
@@ -411,7 +426,7 @@ class PathTracker:
             self._surge,
             sway,
             self._setpoint_rate(wrap_pi(best - last), dt_s, self._turn_rate(nav, here, ahead, leaning, lookahead)),
-            (self._speed - last_speed) / dt_s,
+            0.0 if self._up.lasts else (self._speed - last_speed) / dt_s,
             self._progress(here, error),
         )
 

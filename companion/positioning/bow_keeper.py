@@ -11,6 +11,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
+from companion.fence.guard import FenceGuard
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 from companion.positioning.stop import Stop
@@ -35,6 +36,7 @@ _LEAST_LINE_M = 1.0
 # stops pushing until one of both is that share of it.
 _ROUND_RADPS, _SIDEWAYS_MPS, _ROUND_S, _SETTLED_SHARE = 0.2, 0.3, 3.0, 0.5
 _AT_POINT_M = 0.5
+_TURN_LENGTHS = 3.0  # boat's lengths that a rudder needs ahead to turn the boat round
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
@@ -59,14 +61,17 @@ class BowKeeper:
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
 
-    Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest.
+    Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest; near a
+    fence, so far inside that its watch circle is. A boat that lies across the stream turns its bow into it meanwhile.
 
     Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, how long it
     has gone round the point, and whether it lets itself be carried.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+        """`fence`: the boat holds so far inside that its watch circle is."""
         self._parameters = parameters
+        self._fence = fence
         self._shortest_m = max(_LEAST_LINE_M, config.length_m)
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
         self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
@@ -96,7 +101,7 @@ class BowKeeper:
         self._point = stopping_point(nav, self._parameters)
         self._stop.begin(nav, self._point)
         if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
-            self._point = nav.north_m, nav.east_m
+            self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
@@ -114,25 +119,31 @@ class BowKeeper:
         """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
-            self._point = self._stop.place(nav) or self._point
+            rest = self._stop.place(nav, self._along_mps(nav))
+            self._point = self._point if rest is None else self._held(rest)
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
         place = Point(*self._point)
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
-            return PathSetpoint(nav.yaw_rad if self._needs_flow else self._heading_rad, 0.0, progress=progress)
+            return PathSetpoint(nav.yaw_rad if self._needs_flow else self._braking_rad(nav), 0.0, progress=progress)
         self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m, dt_s)
         if stands:
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         if self._returning:
-            self._heading_rad = math.atan2(east_m, north_m)
+            back_mps = min(ahead_mps, _RETURN_RATE_1PS * distance_m)
+            bearing = math.atan2(east_m, north_m)
             upstream = self._upstream_rad()
-            self._lie_rad = self._heading_rad if upstream is None else upstream
+            self._heading_rad = bearing if upstream is None else self._back_rad(bearing, back_mps)
+            self._lie_rad = bearing if upstream is None else upstream
             aligned = 2.0 * math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)) - 1.0
-            surge_mps = min(ahead_mps, _RETURN_RATE_1PS * distance_m) * max(self._steerage, aligned)
+            along = max(0.0, math.cos(wrap_pi(self._heading_rad - bearing)))
+            surge_mps = back_mps * max(self._steerage, aligned * along)
+            if self._backs(nav, bearing):
+                return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
         else:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
@@ -140,6 +151,28 @@ class BowKeeper:
         if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+
+    def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
+        """The heading on which the boat comes back along a bearing at `back_mps` over ground, against its drift."""
+        north, east = self._drift
+        return math.atan2(back_mps * math.sin(bearing_rad) - east, back_mps * math.cos(bearing_rad) - north)
+
+    def _held(self, place: tuple[float, float]) -> tuple[float, float]:
+        return place if self._fence is None else self._fence.held_place(place)
+
+    def _backs(self, nav: NavState, bearing_rad: float) -> bool:
+        """Whether a boat that turns in a circle first goes astern: the point lies astern, and a fence so near ahead
+        that it would be crossed in the turn."""
+        if self._fence is None or not self._needs_flow or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
+            return False
+        return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < _TURN_LENGTHS * self._shortest_m
+
+    def _braking_rad(self, nav: NavState) -> float:
+        """The heading on which the boat brakes: as it came, or into a stream that comes from ahead of the beam."""
+        upstream = self._upstream_rad()
+        if upstream is not None and abs(wrap_pi(upstream - nav.yaw_rad)) < 0.5 * math.pi:
+            self._heading_rad = upstream
+        return self._heading_rad
 
     def _slides(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> bool:
         """Whether the boat has long gone round its point by its own motion through the water."""
@@ -150,15 +183,17 @@ class BowKeeper:
         share = _SETTLED_SHARE if self._round_s >= _ROUND_S else 1.0
         fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS
         self._round_s = self._round_s + dt_s if fast else 0.0
-        return self._steers_alone and self._round_s >= _ROUND_S
+        swept = self._returning and self._upstream_rad() is not None  # it would lose what it has to win back
+        return self._steers_alone and self._round_s >= _ROUND_S and not swept
 
     def _carried_mps(self, nav: NavState) -> float:
         """Speed at which the drift carries the boat ahead; 0 where it carries it astern. A boat that brakes against it
         lies in a flow from astern, which holds its bow: it would not turn."""
-        north, east = self._drift
-        return min(
-            self._parameters["DP_SPEED_AHEAD"], max(0.0, north * math.cos(nav.yaw_rad) + east * math.sin(nav.yaw_rad))
-        )
+        return min(self._parameters["DP_SPEED_AHEAD"], max(0.0, self._along_mps(nav)))
+
+    def _along_mps(self, nav: NavState) -> float:
+        """The drift ahead along the hull."""
+        return self._drift[0] * math.cos(nav.yaw_rad) + self._drift[1] * math.sin(nav.yaw_rad)
 
     def _is_carried(self, north_m: float, east_m: float) -> bool:
         """Whether the propeller stands. `north_m`, `east_m`: from the boat to the point."""

@@ -11,6 +11,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
+from companion.fence.guard import FenceGuard
 from companion.guidance.coasting import Coasting
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
@@ -29,14 +30,17 @@ _LONGEST_RETURN_S = 90.0  # after which it aims anew
 class DriftKeeper:
     """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
-    again. Under way, it first coasts, and holds where it has become slow.
+    again. Under way, it first coasts, and holds where it has become slow. Where that is too near to a fence for its
+    watch circle, it turns back at once, to a place further inside.
 
     Remembers the hold point, whether the boat is stopping, or sailing back and since when, and the measured drift over
     ground.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+        """`fence`: the boat holds so far inside that its watch circle is."""
         self._parameters = parameters
+        self._fence = fence
         self._coasting = Coasting(config.hull, 10.0)
         self._point = self._aim = (0.0, 0.0)
         self._heading_rad = 0.0
@@ -57,10 +61,15 @@ class DriftKeeper:
 
     def start(self, nav: NavState) -> None:
         """Coast, and hold the point where the boat is slow."""
-        self._point = stopping_point(nav, self._parameters)
+        rest = stopping_point(nav, self._parameters)
+        self._point = rest if self._fence is None else self._fence.held_place(rest)
         self._stop.begin(nav, self._point)
         self._heading_rad = nav.yaw_rad
         self._returning = self._arrived = False
+        if self._point != rest:  # nothing but a turn stops it: back, as far as it would coast on
+            self._stop.end()
+            self._turn_back()
+            self._aim = 2.0 * nav.north_m - rest[0], 2.0 * nav.east_m - rest[1]
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""

@@ -237,8 +237,8 @@ class HoldPoint:
         if config.has_sail:
             sailing = SailKeeper(config, parameters)
             return sailing, sailing
-        drifting = DriftKeeper(config, parameters)
-        return (BowKeeper(config, parameters) if can_reverse(config.thrusters) else drifting), drifting
+        drifting = DriftKeeper(config, parameters, fence)
+        return (BowKeeper(config, parameters, fence) if can_reverse(config.thrusters) else drifting), drifting
 
     @property
     def going(self) -> bool:

@@ -37,11 +37,13 @@ class Stop:
         """Another point is held."""
         self._lasts = False
 
-    def place(self, nav: NavState) -> tuple[float, float] | None:
-        """(north_m, east_m) to hold from now on; None until the boat rests."""
+    def place(self, nav: NavState, carried_mps: float = 0.0) -> tuple[float, float] | None:
+        """(north_m, east_m) to hold from now on; None until the boat rests. `carried_mps`: speed at which a stream
+        carries the boat along its hull; it has no way of its own beyond that."""
         here = nav.north_m, nav.east_m
         past = math.dist(here, self._from) >= math.dist(self._planned, self._from)
-        if not past and abs(nav.surge_mps) > self._rest_mps:
+        slow = -self._rest_mps <= nav.surge_mps <= self._rest_mps + max(0.0, carried_mps)
+        if not past and not slow:
             return None
         self._lasts = False
         return self._planned if past else here

@@ -81,9 +81,9 @@ def figures(
             1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m, _MOST_REACHED_M
         ),
     }
-    # Without sideways thrust it may drift through its watch circle, beside the fence too; one that turns in a circle
-    # swings its ends through it.
-    beyond_m = _COASTS * length_m if drifts else 0.5 * length_m if needs_flow else 0.0
+    # Without sideways thrust it may drift through its watch circle, beside the fence too, and beyond that while its bow
+    # comes round.
+    beyond_m = _COASTS * length_m if drifts else 0.5 * length_m
     rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else min(_MOST_FENCE_M, rows["DP_WATCH_R"] + beyond_m)
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)

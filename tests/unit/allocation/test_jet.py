@@ -66,6 +66,24 @@ def test_a_turn_without_thrust_raises_the_thrust_to_jet_steer_n() -> None:
     assert none.thrusters[0].throttle == 0.0 and none.achieved.yaw_nm == 0.0
 
 
+def test_where_wind_holds_the_bow_the_thrust_for_steering_grows_to_three_times_as_much() -> None:
+    """A jet of 2.6 m lay 65° off its heading in 10 m/s, with 7 % of its thrust, and drifted 159 m from home."""
+    jet = allocator(JET_STEER_N=250.0)
+
+    def given_n(seconds: float, yaw_nm: float = 600.0, surge_n: float = 0.0) -> float:
+        for _ in range(round(seconds / DT_S)):
+            result = jet.update(Wrench(surge_n, 0.0, yaw_nm), DT_S, 2.0)
+        return math.hypot(result.achieved.surge_n, result.achieved.sway_n)
+
+    assert given_n(3.9) == pytest.approx(250.0, rel=1e-3), "a turn is over by then"
+    assert given_n(4.1) == pytest.approx(500.0, rel=0.02)
+    assert given_n(60.0) == pytest.approx(750.0, rel=1e-3), "the nozzle may be stuck"
+    given_n(12.0, yaw_nm=10.0)
+    assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "forgotten once the bow is free"
+    given_n(60.0, surge_n=1600.0)
+    assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
+
+
 def test_a_jet_cannot_brake_or_push_sideways() -> None:
     result = settle(allocator(), Wrench(-800.0, 0.0, 0.0), 8.0)
     assert result.thrusters[0].throttle == 0.0 and result.achieved == Wrench(0.0, 0.0, 0.0)

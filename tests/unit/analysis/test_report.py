@@ -185,7 +185,13 @@ def test_a_log_cut_off_is_reported_with_a_word(
 
 def test_what_is_no_log_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["report", str(tmp_path)]) == 2
-    assert "no log folder" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "no log folder" in said and "newest" not in said
+    inner = tmp_path / "boat-20261126-120000"
+    inner.mkdir()
+    (inner / "manifest.json").write_text("{}")
+    assert main(["report", str(tmp_path)]) == 2
+    assert f"the newest log in it is {inner}" in capsys.readouterr().err
 
 
 def test_stretches() -> None:

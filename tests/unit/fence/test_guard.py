@@ -569,3 +569,27 @@ def test_a_guard_that_fails_is_announced_once_and_the_boat_can_still_be_steered(
     assert boat.status.mode is ModeId.HOLD and boat.status.armed
     assert not isinstance(boat.supervisor.guide(boat.nav, boat.now_s, 0.1), NeutralSetpoint)
     assert sum("not minded" in text for text in boat.texts()) == 1
+
+
+# --- where a boat holds that drifts ----------------------------------------------------------------------------------
+
+
+def test_a_boat_that_drifts_in_its_watch_circle_holds_so_far_inside_that_the_circle_is(boat: Boat) -> None:
+    """A launch came to rest 10 m before a new fence, held there, and turned round over it."""
+    guard = boat.supervisor.parts.fence
+    assert guard.held_place((49.0, 0.0)) == (49.0, 0.0), "without a fence"
+    fence(boat)
+    assert guard.held_place((20.0, 5.0)) == (20.0, 5.0)
+    assert guard.held_place((49.5, 5.0)) == pytest.approx((50.0 - guard.kept_m, 5.0), abs=0.01)
+    assert guard.held_place((60.0, 5.0)) == (60.0, 5.0), "outside it holds where it is"
+
+
+def test_room_ahead_of_the_boat(boat: Boat) -> None:
+    guard = boat.supervisor.parts.fence
+    assert guard.room_m((40.0, 0.0), 0.0) == math.inf
+    fence(boat)
+    half_m = 0.5 * boat.config.length_m
+    assert guard.room_m((40.0, 0.0), 0.0) == pytest.approx(10.0 - half_m, abs=0.01)
+    assert guard.room_m((40.0, 0.0), math.pi) == pytest.approx(90.0 - half_m, abs=0.01)
+    assert guard.room_m((49.9, 0.0), 0.0) == 0.0
+    assert guard.room_m((60.0, 0.0), 0.0) == math.inf, "outside"

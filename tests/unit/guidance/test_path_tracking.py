@@ -490,3 +490,28 @@ def test_beside_the_tip_of_a_sharp_corner_the_plan_goes_on() -> None:
     reached = [guide.update(nav_state(30.15, 0.05, 0.0), 1.2, DT_S).s_m for _ in range(100)]
     assert guide.update(nav_state(30.15, 0.05, 0.0), 1.2, DT_S).passed == 1
     assert reached[-1] > 29.9 and reached[-1] > reached[0]
+
+
+def test_a_boat_that_a_stream_carries_past_its_end_turns_its_bow_into_it_before() -> None:
+    """A barge turned only once it was there, and drifted 11 m over the fence behind its last waypoint."""
+    boat = Puppet(tracker(can_sway=False, PATH_YAW_RATE=12.0), current=(0.5, 0.0))
+    boat.tracker.start(points((60, 0)), boat.nav())
+
+    def known() -> NavState:
+        return replace(
+            nav_state(boat.north_m, boat.east_m, boat.yaw_rad, *over_ground(boat)),
+            current_north_mps=0.5,
+            current_east_mps=0.0,
+        )
+
+    boat.nav = known  # type: ignore[method-assign]
+    progress = boat.sail(200.0, 0.8)
+    assert progress[-1].finished and abs(wrap_pi(boat.yaw_rad - math.pi)) < math.radians(20.0)
+    assert math.hypot(boat.north_m - 60.0, boat.east_m) < 1.5
+    assert abs(boat.speed_mps + 0.5 * math.cos(boat.yaw_rad)) < 0.2, "over ground"
+
+
+def over_ground(boat: Puppet) -> tuple[float, float]:
+    """Ahead and to starboard."""
+    c, s = math.cos(boat.yaw_rad), math.sin(boat.yaw_rad)
+    return boat.speed_mps + c * boat.current[0] + s * boat.current[1], c * boat.current[1] - s * boat.current[0]

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import cast
 
 import pytest
 
-from companion.config.vessel import find, load
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.fence.guard import FenceGuard
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
@@ -61,6 +64,72 @@ def test_a_stop_from_sailing_astern() -> None:
 
 def test_a_boat_at_rest_has_nothing_to_stop() -> None:
     assert not begun(0.1, surge_mps=0.1).lasts
+
+
+def test_what_the_stream_carries_has_no_way_of_its_own() -> None:
+    """A dinghy braked for six seconds against the stream that carried it, before it turned its bow."""
+    stop = begun(20.0)
+    assert stop.place(at(2.0, 0.9), carried_mps=0.6) is None
+    assert stop.place(at(3.0, 0.75), carried_mps=0.6) == (3.0, 0.0)
+
+
+def test_against_the_stream_the_boat_still_comes_to_rest_over_ground() -> None:
+    assert begun(20.0).place(at(2.0, 0.3), carried_mps=-0.6) is None
+
+
+class LineAhead:
+    """A fence to the north: the boat holds 8 m south of the line at the most."""
+
+    line_m = 12.0
+
+    def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+        return min(place[0], self.line_m - 8.0), place[1]
+
+    def room_m(self, place: tuple[float, float], course_rad: float) -> float:
+        ahead = math.cos(course_rad)
+        return (self.line_m - place[0]) / ahead if ahead > 0.0 else math.inf
+
+
+def fenced(config: VesselConfig) -> BowKeeper:
+    return BowKeeper(config, Parameters(config.parameters, table_of(config)), cast(FenceGuard, LineAhead()))
+
+
+def test_near_a_fence_the_place_to_hold_lies_further_inside() -> None:
+    keeper = fenced(load(find("otter")))
+    keeper.start(at(0.0, 2.0))
+    keeper.update(at(6.0, 0.1), None, 1.0, 0.1)
+    assert keeper.target[:2] == (4.0, 0.0)
+
+
+def test_a_rudder_with_the_fence_ahead_goes_astern_before_it_turns_round() -> None:
+    """A launch turned its bow in 17 m, with 10 m left."""
+    keeper = fenced(SKIFF)
+    keeper.start(at(11.0, 0.0))
+    keeper.hold(-20.0, 0.0, 0.0, None)
+    near = keeper.update(at(11.0, 0.0), None, 1.0, 0.1)
+    assert isinstance(near, PathSetpoint) and near.surge_mps < 0.0 and near.yaw_rad == 0.0
+    clear = keeper.update(at(12.0 - 3.1 * SKIFF.length_m, 0.0), None, 1.0, 0.1)
+    assert isinstance(clear, PathSetpoint) and abs(wrap_pi((clear.yaw_rad or 0.0) - math.pi)) < 0.1
+
+
+def test_a_boat_that_brakes_across_the_stream_turns_its_bow_into_it_meanwhile() -> None:
+    keeper = otter()
+    stream = {"current_north_mps": 0.8, "current_east_mps": 0.0}
+    keeper.start(replace(at(0.0, -0.7, yaw_rad=2.4), **stream))
+    braking = keeper.update(replace(at(0.5, -0.6, yaw_rad=2.4), **stream), None, 1.0, 0.1)
+    assert isinstance(braking, PathSetpoint) and abs(wrap_pi((braking.yaw_rad or 0.0) - math.pi)) < 0.05
+    keeper.start(replace(at(0.0, 2.5, yaw_rad=0.0), **stream))
+    ahead = keeper.update(replace(at(0.5, 2.4, yaw_rad=0.0), **stream), None, 1.0, 0.1)
+    assert isinstance(ahead, PathSetpoint) and ahead.yaw_rad == 0.0, "with the stream it brakes as it came"
+
+
+def test_a_jet_that_would_coast_to_the_fence_turns_back_at_once() -> None:
+    config = load(find("rescuerunner"))
+    keeper = DriftKeeper(config, Parameters(config.parameters), cast(FenceGuard, LineAhead()))
+    keeper.start(at(0.0, 5.0))
+    turning = keeper.update(at(0.2, 5.0), None, 8.0, 0.05)
+    assert keeper.target[0] == 4.0 and isinstance(turning, PathSetpoint)
+    assert turning.yaw_rad == pytest.approx(math.pi) and turning.surge_mps > 0.0
 
 
 def otter() -> BowKeeper:

@@ -1,0 +1,74 @@
+"""Ahead of the end of its way, a boat without sideways thrust turns its bow into a stream that would carry it past.
+
+What comes to rest must at last lie bow to the weather. A boat that turns only once it is there is carried on meanwhile:
+over the place, and over a fence behind it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.params.store import Parameters
+
+_LAG_S = 1.2  # of the heading loop
+_THROUGH_MPS = 0.15  # least speed against the stream: a slower one has no direction
+_SLOWER_SHARE = 0.5  # of the stream: over ground, the boat lets itself be carried to the end so fast
+_TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
+_STEERAGE_SHARE = 0.3  # of WP_SPEED, kept through the water while it turns by a boat that needs it
+
+
+class RoundingUp:
+    """`update` every tick on the last leg; `heading_rad`, `most_mps` and `least_mps` count while it `lasts`.
+
+    It begins where the way left is what the boat makes while it turns and then stops, and ends with the leg. A stream
+    that carries it no further than NAV_ACC_RAD in that turn needs none. Remembers whether it has begun, and the stream.
+    """
+
+    def __init__(self, parameters: Parameters, on_the_spot: bool) -> None:
+        """`on_the_spot`: the boat needs no way to turn."""
+        self._parameters = parameters
+        self._steerage = 0.0 if on_the_spot else _STEERAGE_SHARE
+        self._lasts = False
+        self._stream_mps = 0.0
+
+    @property
+    def lasts(self) -> bool:
+        """Whether the boat lies, or turns, bow into the stream."""
+        return self._lasts
+
+    @property
+    def most_mps(self) -> float:
+        """Highest speed over ground along the track; infinite while it does not last."""
+        return _SLOWER_SHARE * self._stream_mps if self._lasts else math.inf
+
+    def reset(self) -> None:
+        """Another way begins."""
+        self._lasts = False
+
+    def update(self, nav: NavState, water: tuple[float, float], course_rad: float, left_m: float) -> None:
+        """`water`: velocity (north, east) of the stream. `left_m`: along the track to the end."""
+        c, s = math.cos(course_rad), math.sin(course_rad)
+        self._stream_mps = water[0] * c + water[1] * s
+        turn_s = math.pi / math.radians(self._parameters["PATH_YAW_RATE"]) + _LAG_S
+        carried_m = self._stream_mps * turn_s
+        if self._lasts or carried_m <= self._parameters["NAV_ACC_RAD"]:
+            return
+        made_mps = max(0.0, nav.north_mps * c + nav.east_mps * s)
+        stops_m = self._stream_mps**2 / (2.0 * self._parameters["PATH_ACC"])
+        self._lasts = left_m <= 0.5 * (made_mps * turn_s + carried_m) + stops_m
+
+    def heading_rad(self, water: tuple[float, float], course_rad: float, speed_mps: float) -> float:
+        """The heading against the stream in which the boat is carried along a course at `speed_mps` over ground."""
+        c, s = math.cos(course_rad), math.sin(course_rad)
+        along, across = water[0] * c + water[1] * s, water[1] * c - water[0] * s
+        return wrap_pi(course_rad - math.atan2(across, min(-_THROUGH_MPS, speed_mps - along)))
+
+    def least_mps(self, nav: NavState, water: tuple[float, float], heading_rad: float) -> float:
+        """Least speed over ground along the hull: until the bow has come round, a boat that brakes lies in a flow from
+        astern, which holds its bow."""
+        if abs(wrap_pi(heading_rad - nav.yaw_rad)) <= _TURNING_RAD:
+            return -math.inf
+        carried_mps = water[0] * math.cos(nav.yaw_rad) + water[1] * math.sin(nav.yaw_rad)
+        return carried_mps + self._steerage * self._parameters["WP_SPEED"]

@@ -1,0 +1,61 @@
+"""Turning the bow into a following stream ahead of the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.guidance.rounding_up import RoundingUp
+from companion.params.store import Parameters
+
+VALUES = {"PATH_YAW_RATE": 12.0, "PATH_ACC": 0.1, "NAV_ACC_RAD": 2.0, "WP_SPEED": 1.0}
+STREAM = (0.8, 0.0)
+
+
+def going(yaw_rad: float = 0.0, north_mps: float = 1.2) -> NavState:
+    return replace(NO_ESTIMATE, yaw_rad=yaw_rad, north_mps=north_mps, east_mps=0.0)
+
+
+def seen(left_m: float, water: tuple[float, float] = STREAM, north_mps: float = 1.2) -> RoundingUp:
+    up = RoundingUp(Parameters(VALUES), on_the_spot=False)
+    up.update(going(north_mps=north_mps), water, 0.0, left_m)
+    return up
+
+
+def test_it_begins_where_the_way_left_is_what_the_turn_and_the_stop_take() -> None:
+    turn_s, stop_m = math.pi / math.radians(12.0) + 1.2, 0.8**2 / 0.2
+    need_m = 0.5 * (1.2 + 0.8) * turn_s + stop_m
+    assert not seen(need_m + 0.1).lasts and seen(need_m - 0.1).lasts
+    assert seen(need_m + 0.1, north_mps=1.6).lasts, "faster, it needs more"
+
+
+@pytest.mark.parametrize("water", [(0.1, 0.0), (-0.8, 0.0), (0.0, 0.8)])
+def test_a_stream_that_carries_the_boat_no_way_past_the_end_needs_no_turn(water: tuple[float, float]) -> None:
+    up = seen(0.0, water)
+    assert not up.lasts and up.most_mps == math.inf
+
+
+def test_the_boat_lets_itself_be_carried_slower_than_the_stream_bow_into_it() -> None:
+    up = seen(5.0)
+    assert up.most_mps == pytest.approx(0.4)
+    assert abs(wrap_pi(up.heading_rad(STREAM, 0.0, 0.4) - math.pi)) < 1.0e-9
+    aside = up.heading_rad((0.8, 0.3), 0.0, 0.4)  # the stream sets it to the east too: the bow lies to the west
+    assert -math.pi < aside < -0.5 * math.pi
+
+
+def test_until_the_bow_has_come_round_it_does_not_brake_in_a_flow_from_astern() -> None:
+    up = seen(5.0)
+    assert up.least_mps(going(0.0), STREAM, math.pi) == pytest.approx(0.8 + 0.3)
+    assert up.least_mps(going(math.radians(150.0)), STREAM, math.pi) == -math.inf
+    spins = RoundingUp(Parameters(VALUES), on_the_spot=True)
+    assert spins.least_mps(going(0.0), STREAM, math.pi) == pytest.approx(0.8)
+
+
+def test_another_way_begins_without_it() -> None:
+    up = seen(5.0)
+    up.reset()
+    assert not up.lasts
