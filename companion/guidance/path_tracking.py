@@ -46,6 +46,9 @@ _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 2.2
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
 _WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its bow points the right way
+# From there on a boat whose bow points back to the track waits no longer for the rest of the turn: what carries it off
+# would go on, and the heading back to the track turn on before its bow. (Off the track, times the sine of that angle.)
+_BACK_M = 0.5
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
 
@@ -415,7 +418,8 @@ class PathTracker:
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
         lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
         surge = self._speed * max(lowest, math.cos(off))
-        if self._pivots and not against:
+        towards_m = -error * math.sin(nav.yaw_rad - here.course_rad)
+        if self._pivots and not against and towards_m < _BACK_M:
             surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
         self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0

@@ -366,6 +366,18 @@ def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     assert surge_mps(10.0, pivots=True) == surge_mps(10.0, pivots=False)
 
 
+def test_a_boat_that_is_carried_off_as_it_turns_sails_back_once_its_bow_points_there() -> None:
+    """WAM-V 16 waited for a bow whose heading turned on as it was carried off: 4 m, at a corner of a square."""
+
+    def surge_mps(east_m: float, to_the_track: bool) -> float:
+        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, turning=Turning(on_the_spot=True))
+        nav = nav_state(20.0, east_m, math.radians(-20.0 if to_the_track else 20.0))
+        guide.start(points((0, 0), (50, 0)), nav, from_here=False)
+        return settled(guide, nav).surge_mps
+
+    assert surge_mps(3.0, to_the_track=True) > 2.0 * surge_mps(3.0, to_the_track=False)
+
+
 def skiff(**values: float) -> PathTracker:
     """Of a boat that a rudder turns."""
     return PathTracker(Parameters(values), can_sway=False, turning=Turning(arc=load(find("otter")).hull))
