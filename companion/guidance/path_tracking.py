@@ -1,11 +1,11 @@
 """Path tracking: integral line of sight along a smooth track, at a speed that fits the bends ahead.
 
 Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ (e + T e') / (Δ² + (e + κ z)²), T = √(Δ² + (e + κ z)²)/U
-(Børhaug, Pavlov & Pettersen 2008; Fossen 2021, 12.3, where T is 0), Δ the look-ahead distance. A boat on its way back to
-the track as the line of sight asks has e + T e' = 0: it learns only what it does not expect, and passes the track with
-nothing to unlearn. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A
-waypoint counts as passed inside its radius or abeam of it, so the boat never circles one that it missed. The heading
-setpoint never jumps: it turns at PATH_YAW_RATE at most.
+(Børhaug, Pavlov & Pettersen 2008; Fossen 2021, 12.3, where T is 0), Δ the look-ahead distance. On the way back to the
+track that the line of sight asks for, e + T e' is 0: the boat learns only what it does not expect, and has nothing to
+unlearn on the track. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A waypoint counts as passed
+inside its radius or abeam of it, so the boat never circles one that it missed. The heading setpoint never jumps: it
+turns at PATH_YAW_RATE at most.
 
 A boat with sideways thrust and a known agility sails by a plan instead: see `PlannedMotion`.
 """

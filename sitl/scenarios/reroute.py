@@ -109,9 +109,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     return metrics, (
         Check("step of the desired position in one tick", metrics["desired_step_m"], most_step_m, "m"),
         Check("step of the desired heading in one tick", metrics["desired_turn_deg"], most_turn_deg, "deg"),
-        Check(
-            "step of the desired surge in one tick", metrics["desired_speed_step_mps"], most_speed_step_mps, "m/s"
-        ),
+        Check("step of the desired surge in one tick", metrics["desired_speed_step_mps"], most_speed_step_mps, "m/s"),
         Check("every waypoint of the last route was passed near", metrics["worst_miss_m"], _RADIUS_M, "m"),
         Check("heading turned between two routes", metrics["largest_turn_deg"], 359.0, "deg"),
     )

@@ -172,9 +172,7 @@ def test_the_bias_learns_little_while_the_reference_moves() -> None:
         wrench = [c.update(setpoint, nav_state(north_m=-0.2, surge_mps=setpoint.surge_mps), ZERO_WRENCH, DT_S)]
         for _ in range(20):
             demanded = wrench[-1]
-            wrench.append(
-                c.update(setpoint, nav_state(north_m=-0.2, surge_mps=setpoint.surge_mps), demanded, DT_S)
-            )
+            wrench.append(c.update(setpoint, nav_state(north_m=-0.2, surge_mps=setpoint.surge_mps), demanded, DT_S))
         return wrench[-1].surge_n - wrench[0].surge_n
 
     speed = Parameters(REVOLT.parameters)["DP_SPEED_AHEAD"]
