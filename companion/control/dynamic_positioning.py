@@ -25,7 +25,7 @@ from companion.core.setpoint import PoseSetpoint
 from companion.params.store import Parameters
 
 _FULL = 3  # DP_FF_KIND
-_LEARNS_SHARE = 0.2  # of DP_SPEED_AHEAD: of a reference as fast as that the bias learns half of the error
+_LEARNS_SHARE = 0.4  # of DP_SPEED_AHEAD: of a reference as fast as that the bias learns half of the error
 
 
 class DynamicPositioning:

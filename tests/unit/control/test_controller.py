@@ -177,7 +177,7 @@ def test_the_bias_learns_little_while_the_reference_moves() -> None:
 
     speed = Parameters(REVOLT.parameters)["DP_SPEED_AHEAD"]
     moving = PoseSetpoint(0.0, 0.0, 0.0, surge_mps=speed)
-    assert 0.0 < learnt_n(moving) < 0.1 * learnt_n(HERE)
+    assert 0.0 < learnt_n(moving) < 0.2 * learnt_n(HERE)
 
 
 def test_neutral_and_wrench_setpoints() -> None:
