@@ -3,8 +3,8 @@
 
 τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d − c) (ν_d − c)) − Kp e − Kd (ν − ν_d) + bias − wind, with c the mean current. Pole
 placement gives the gains from bandwidth ω and damping ζ of each axis and the model's inertia: Kp = m ω², Kd = 2 ζ ω m −
-d; the bias grows by −Ki e, with Ki = share·ω Kp. Inside the circle of DP_ECON the bandwidths are smaller
-(`companion.control.economy`).
+d; the bias grows by −Ki e, with Ki = share·ω Kp, and less while the reference moves. Inside the circle of DP_ECON the
+bandwidths are smaller (`companion.control.economy`).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from companion.core.setpoint import PoseSetpoint
 from companion.params.store import Parameters
 
 _FULL = 3  # DP_FF_KIND
+_LEARNS_SHARE = 0.4  # of DP_SPEED_AHEAD: of a reference as fast as that the bias learns half of the error
 
 
 class DynamicPositioning:
@@ -57,7 +58,8 @@ class DynamicPositioning:
         mean = (bx + share * steady.surge_n, by + share * steady.sway_n, bn + share * steady.yaw_nm)
         self._firmness = self._economy.update(setpoint, nav, mean, bandwidth_radps, dt_s)
         (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains(self._firmness)
-        bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
+        rests = self._resting(setpoint)
+        bias.grow(-rests * ix * ex, -rests * iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
         x, y, n = self._smoothed(
             -px * ex - dx * (nav.surge_mps - u),
@@ -70,6 +72,13 @@ class DynamicPositioning:
             share * (forward.sway_n + steady.sway_n) + y + by,
             share * (forward.yaw_nm + steady.yaw_nm) + n + bn,
         )
+
+    def _resting(self, setpoint: PoseSetpoint) -> float:
+        """Share of its error that the bias learns: less, the faster the reference moves. A boat that has fallen behind
+        it comes after it without a lasting force, and would be carried past it by what it learnt."""
+        moving = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
+        share = moving / (_LEARNS_SHARE * self._parameters["DP_SPEED_AHEAD"])
+        return 1.0 / (1.0 + share * share)
 
     def _against_current(self, setpoint: PoseSetpoint, u: float, v: float, nav: NavState, dt_s: float) -> Wrench:
         """Feed-forward against the current, where the whole model feeds forward; (u, v): velocity of the reference.

@@ -1,9 +1,11 @@
 """Path tracking: integral line of sight along a smooth track, at a speed that fits the bends ahead.
 
-Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ e / (Δ² + (e + κ z)²) (Børhaug, Pavlov & Pettersen 2008;
-Fossen 2021, 12.3), Δ the look-ahead distance. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A
-waypoint counts as passed inside its radius or abeam of it, so the boat never circles one that it missed. The heading
-setpoint never jumps: it turns at PATH_YAW_RATE at most.
+Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ (e + T e') / (Δ² + (e + κ z)²), T = √(Δ² + (e + κ z)²)/U
+(Børhaug, Pavlov & Pettersen 2008; Fossen 2021, 12.3, where T is 0), Δ the look-ahead distance. On the way back to the
+track that the line of sight asks for, e + T e' is 0: the boat learns only what it does not expect, and has nothing to
+unlearn on the track. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A waypoint counts as passed
+inside its radius or abeam of it, so the boat never circles one that it missed. The heading setpoint never jumps: it
+turns at PATH_YAW_RATE at most.
 
 A boat with sideways thrust and a known agility sails by a plan instead: see `PlannedMotion`.
 """
@@ -37,12 +39,17 @@ _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the res
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
 _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
-_SURGE_SHARE = 3.0  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
+_SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
-_STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
+# Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
+# and back within a bend, and is carried off meanwhile.
+_STEERAGE = 2.2
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
 _WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its bow points the right way
+# From there on a boat whose bow points back to the track waits no longer for the rest of the turn: what carries it off
+# would go on, and the heading back to the track turn on before its bow. (Off the track, times the sine of that angle.)
+_BACK_M = 0.5
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
 
@@ -322,11 +329,18 @@ class PathTracker:
         return min(commanded_mps, self._parameters["MPC_XY_VEL_MAX"] if own is None else own)
 
     def _steerage_mps(self, nav: NavState) -> float:
-        """Speed below which the current, not the bow, says where a boat without sideways thrust goes. 0 on the way to
-        the end, where the boat is to come to rest."""
-        if self._can_sway or self._passed >= len(self._waypoints) - 1:
+        """Speed below which the current, not the bow, says where a boat without sideways thrust goes. Less where it is
+        to come to rest."""
+        if self._can_sway:
             return 0.0
-        return _STEERAGE * math.hypot(*self._crab.water(nav))
+        return min(_STEERAGE * math.hypot(*self._crab.water(nav)), self._stopping_mps())
+
+    def _stopping_mps(self) -> float:
+        """The highest speed from which the boat can still come to rest at the end; infinite where it need not."""
+        if not self._stop_at_end:
+            return math.inf
+        left_m = max(0.0, self._waypoint_s_m[-1] - self._s - _PREVIEW_S * self._speed)
+        return math.sqrt(2.0 * self._parameters["PATH_ACC"] * left_m)
 
     def _round_up(self, nav: NavState, here: PathPoint) -> None:
         """See whether the boat is so near the end that it turns its bow into the stream."""
@@ -401,10 +415,12 @@ class PathTracker:
     ) -> PathSetpoint:
         gain = self._parameters["PATH_INTEGRAL"]
         leaning = error + gain * self._integral
+        away = -nav.north_mps * math.sin(here.course_rad) + nav.east_mps * math.cos(here.course_rad)
         if abs(error) < self._learns * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
             # a boat that waits for its bow learns as slowly as it sails
             pace = min(self._speed, max(0.0, self._surge)) if self._pivots else self._speed
-            self._integral += pace * lookahead * error / (lookahead * lookahead + leaning * leaning) * dt_s
+            far = math.hypot(lookahead, leaning)
+            self._integral += lookahead * (pace * error + far * away) / (far * far) * dt_s
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - self._towards_rad(error, gain * self._integral, lookahead)
@@ -415,9 +431,10 @@ class PathTracker:
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
         lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
         surge = self._speed * max(lowest, math.cos(off))
+        towards_m = -error * math.sin(nav.yaw_rad - here.course_rad)
         if self._up.lasts:
             surge = max(surge, self._up.least_mps(nav, self._crab.water(nav), best))
-        elif self._pivots and not against:
+        elif self._pivots and not against and towards_m < _BACK_M:
             surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
         self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0

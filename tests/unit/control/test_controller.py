@@ -163,6 +163,23 @@ def test_integration_stops_while_the_thrusters_fall_short() -> None:
     assert back.sway_n < 6.0, "hardly any bias was built up in a minute"
 
 
+def test_the_bias_learns_little_while_the_reference_moves() -> None:
+    """ÅBOAT fell behind as it entered Hold in wind and current, and was carried 0.45 m past its point by what it learnt
+    from that."""
+
+    def learnt_n(setpoint: PoseSetpoint) -> float:
+        c = controller(DP_SMOOTH_T=0.0, DP_FEEDFORWARD=0.0)
+        wrench = [c.update(setpoint, nav_state(north_m=-0.2, surge_mps=setpoint.surge_mps), ZERO_WRENCH, DT_S)]
+        for _ in range(20):
+            demanded = wrench[-1]
+            wrench.append(c.update(setpoint, nav_state(north_m=-0.2, surge_mps=setpoint.surge_mps), demanded, DT_S))
+        return wrench[-1].surge_n - wrench[0].surge_n
+
+    speed = Parameters(REVOLT.parameters)["DP_SPEED_AHEAD"]
+    moving = PoseSetpoint(0.0, 0.0, 0.0, surge_mps=speed)
+    assert 0.0 < learnt_n(moving) < 0.2 * learnt_n(HERE)
+
+
 def test_neutral_and_wrench_setpoints() -> None:
     c = controller()
     nav = nav_state()

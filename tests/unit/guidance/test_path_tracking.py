@@ -345,11 +345,29 @@ def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() ->
     assert slowest((0.0, 0.3), can_sway=False) > 1.2 * slowest((0.0, 0.3), can_sway=True)
 
 
+def test_it_keeps_steerage_through_the_last_bend_too() -> None:
+    """Within the radius of the last but one waypoint, WAM-V 16 crept round the corner, and was carried 2.7 m off."""
+    boat = Puppet(tracker(False, PATH_KIND=0, PATH_ACC_LAT=0.02, NAV_ACC_RAD=4.0), current=(0.0, 0.2))
+    boat.tracker.start(points((20, 0), (20, 20)), boat.nav())
+    bend = [p.setpoint.surge_mps for p in boat.sail(60.0) if p.passed == 1 and p.remaining_m > 12.0]
+    assert min(bend) > 1.5 * 0.2
+
+
+def test_the_line_of_sight_learns_nothing_on_its_way_back_to_the_track() -> None:
+    """It learnt a large error away, as after a corner, and passed to the other side of the track by an eighth of it."""
+    boat = Puppet(tracker(False))
+    boat.tracker.start(points((0, 0), (80, 0)), boat.nav(), from_here=False)
+    boat.east_m = 2.0
+    progress = boat.sail(60.0)
+    assert min(p.setpoint.progress.cross_track_error_m for p in progress) > -0.05
+
+
 def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     """WAM-V 16 turns at 8°/s; it gathered speed in the middle of its turns, and ran 3 m wide of the corners."""
 
     def surge_mps(off_deg: float, pivots: bool) -> float:
-        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, turning=Turning(on_the_spot=pivots))
+        values = {"PATH_YAW_RATE": 8.0, "PATH_INTEGRAL": 0.0}  # it stays where it is, and learns nothing from that
+        guide = PathTracker(Parameters(values), can_sway=False, turning=Turning(on_the_spot=pivots))
         nav = nav_state(20.0, 0.0, math.radians(off_deg), 0.6)
         guide.start(points((0, 0), (50, 0)), nav, from_here=False)
         return settled(guide, nav).surge_mps
@@ -357,6 +375,18 @@ def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     for off_deg in (50.0, 70.0, 90.0):
         assert 0.03 < surge_mps(off_deg, pivots=True) < 0.6 * surge_mps(off_deg, pivots=False)
     assert surge_mps(10.0, pivots=True) == surge_mps(10.0, pivots=False)
+
+
+def test_a_boat_that_is_carried_off_as_it_turns_sails_back_once_its_bow_points_there() -> None:
+    """WAM-V 16 waited for a bow whose heading turned on as it was carried off: 4 m, at a corner of a square."""
+
+    def surge_mps(east_m: float, to_the_track: bool) -> float:
+        guide = PathTracker(Parameters({"PATH_YAW_RATE": 8.0}), can_sway=False, turning=Turning(on_the_spot=True))
+        nav = nav_state(20.0, east_m, math.radians(-20.0 if to_the_track else 20.0))
+        guide.start(points((0, 0), (50, 0)), nav, from_here=False)
+        return settled(guide, nav).surge_mps
+
+    assert surge_mps(3.0, to_the_track=True) > 2.0 * surge_mps(3.0, to_the_track=False)
 
 
 def skiff(**values: float) -> PathTracker:
