@@ -40,6 +40,7 @@ _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat s
 _TIP_PACE = 1.5  # the same around the tip of a turn back
 _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
+_ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
 _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
 # Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
@@ -416,7 +417,8 @@ class PathTracker:
         gain = self._parameters["PATH_INTEGRAL"]
         leaning = error + gain * self._integral
         away = -nav.north_mps * math.sin(here.course_rad) + nav.east_mps * math.cos(here.course_rad)
-        if abs(error) < self._learns * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
+        learns = abs(error) < self._learns * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD
+        if learns and not self._up.lasts:
             # a boat that waits for its bow learns as slowly as it sails
             pace = min(self._speed, max(0.0, self._surge)) if self._pivots else self._speed
             far = math.hypot(lookahead, leaning)
@@ -436,7 +438,8 @@ class PathTracker:
             surge = max(surge, self._up.least_mps(nav, self._crab.water(nav), best))
         elif self._pivots and not against and towards_m < _BACK_M:
             surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
-        self._surge = _towards(self._surge, surge, _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
+        ramp = _ROUNDING_SHARE if self._up.lasts else _SURGE_SHARE
+        self._surge = _towards(self._surge, surge, ramp * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
         return PathSetpoint(
             heading,

@@ -42,7 +42,7 @@ class Stop:
         carries the boat along its hull; it has no way of its own beyond that."""
         here = nav.north_m, nav.east_m
         past = math.dist(here, self._from) >= math.dist(self._planned, self._from)
-        slow = -self._rest_mps <= nav.surge_mps <= self._rest_mps + max(0.0, carried_mps)
+        slow = min(0.0, carried_mps) - self._rest_mps <= nav.surge_mps <= self._rest_mps + max(0.0, carried_mps)
         if not past and not slow:
             return None
         self._lasts = False

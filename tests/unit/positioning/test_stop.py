@@ -115,8 +115,8 @@ def test_a_rudder_with_the_fence_ahead_goes_astern_before_it_turns_round() -> No
 def test_a_boat_that_brakes_across_the_stream_turns_its_bow_into_it_meanwhile() -> None:
     keeper = otter()
     stream = {"current_north_mps": 0.8, "current_east_mps": 0.0}
-    keeper.start(replace(at(0.0, -0.7, yaw_rad=2.4), **stream))
-    braking = keeper.update(replace(at(0.5, -0.6, yaw_rad=2.4), **stream), None, 1.0, 0.1)
+    keeper.start(replace(at(0.0, -1.2, yaw_rad=2.4), **stream))
+    braking = keeper.update(replace(at(0.5, -1.1, yaw_rad=2.4), **stream), None, 1.0, 0.1)
     assert isinstance(braking, PathSetpoint) and abs(wrap_pi((braking.yaw_rad or 0.0) - math.pi)) < 0.05
     keeper.start(replace(at(0.0, 2.5, yaw_rad=0.0), **stream))
     ahead = keeper.update(replace(at(0.5, 2.4, yaw_rad=0.0), **stream), None, 1.0, 0.1)
@@ -145,6 +145,16 @@ def test_two_motors_brake_with_all_they_have_and_hold_there() -> None:
     assert not keeper.arrived
     keeper.update(at(2.0, 0.1), None, 1.0, 0.1)
     assert keeper.target[:2] == (2.0, 0.0) and keeper.arrived
+
+
+@pytest.mark.parametrize(("yaw_rad", "surge_mps"), [(0.0, 0.8), (math.pi, -0.8)])
+def test_a_boat_that_only_a_stream_carries_on_has_stopped(yaw_rad: float, surge_mps: float) -> None:
+    """A skiff lay with its bow in the stream, and was carried over its fence stern first while it still braked."""
+    keeper = otter()
+    stream = {"current_north_mps": 0.9, "current_east_mps": 0.0}
+    keeper.start(replace(at(0.0, 2.0), **stream))
+    keeper.update(replace(at(1.0, surge_mps, yaw_rad=yaw_rad), **stream), None, 1.0, 0.1)
+    assert keeper.target[0] == 1.0
 
 
 def test_a_boat_that_only_drifts_aside_holds_where_it_is() -> None:
