@@ -185,7 +185,7 @@ class ObstacleGuard:
             return
         aside = detour.detour_ahead
         whole = mode.way_ahead()
-        if mode.goes_round and self._patience.look(whole, now_s) and not self._keeping_off.lasts:
+        if mode.goes_round and self._patience.look(whole, now_s) and self._may_give_up(inputs):
             self.impossible = "no way found round obstacles"
             return
         way = _first_part(aside or whole, _WAY_M)
@@ -233,8 +233,13 @@ class ObstacleGuard:
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_waits", text[:50])
         at_rest = math.hypot(nav.north_mps, nav.east_mps) < _STOPPED_MPS + 2.0 * nav.velocity_accuracy_mps
         waited = now_s - self._since_s >= self._parameters["CP_WAIT"] and (at_rest or self._holding)
-        if waited and not self._keeping_off.lasts:  # the mode that comes then keeps off nothing
+        if waited and self._may_give_up(inputs):
             self.impossible = reason
+
+    def _may_give_up(self, inputs: ModeInputs) -> bool:
+        """Not while something that moves comes near: the mode that follows keeps off nothing."""
+        movers = self._around.movers(inputs.now_s)
+        return not (self._keeping_off.lasts or self._keeping_off.comes(movers, inputs.nav))
 
     def _stopping_circles(self, now_s: float) -> Floats:
         """What the boat stops for: all that is seen, and where it will be soon."""

@@ -87,6 +87,19 @@ class KeepingOff:
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_comes", "Obstacle comes near: out of its way")
         return PathSetpoint(nav.yaw_rad, surge_mps=self._speed_mps)
 
+    def comes(self, movers: Sequence[Contact], nav: NavState) -> bool:
+        """Whether something that moves comes too near to a boat that stays where it is."""
+        times = np.arange(0.0, _SOON_S, _STEP_S)
+        return any(
+            float(
+                np.hypot(
+                    m.north_m + times * m.north_mps - nav.north_m, m.east_m + times * m.east_mps - nav.east_m
+                ).min()
+            )
+            < m.radius_m + self._half_m + _MOVER_M
+            for m in movers
+        )
+
     def reset(self) -> None:
         """The boat does not keep off anything."""
         self._speed_mps = 0.0

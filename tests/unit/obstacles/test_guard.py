@@ -205,14 +205,16 @@ def test_a_boat_at_rest_gets_out_of_the_way_of_what_comes() -> None:
     assert "Obstacle comes near: out of its way" in bridge.texts()
 
 
-def test_it_does_not_give_up_while_it_gets_out_of_the_way() -> None:
+def test_it_does_not_give_up_while_something_comes() -> None:
     """What comes after it, Hold, would stay where it is."""
     ring = [(20.0 + 8.0 * math.cos(a), 8.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]
     bridge, mode = Bridge(*ring), Sailing([(0.0, 0.0), (20.0, 0.0)], goes_round=True)
-    for _ in range(int(4.0 * bridge.parameters["CP_WAIT"])):
-        bridge.seen.moving = [mover(0.5, -8.0, 0.0, 0.8)]  # for ever as near: the boat of this test never moves
-        bridge.steer(PathSetpoint(0.0), mode)
-    assert bridge.guard.impossible is None
+    # for ever as near: the boat of this test never moves; and what is still too far away for it to do something
+    for coming in (mover(0.5, -8.0, 0.0, 0.8), mover(0.5, -15.0, 0.0, 0.8)):
+        for _ in range(int(4.0 * bridge.parameters["CP_WAIT"])):
+            bridge.seen.moving = [coming]
+            bridge.steer(PathSetpoint(0.0), mode)
+        assert bridge.guard.impossible is None
     bridge.seen.moving = []
     while bridge.guard.impossible is None:
         bridge.steer(PathSetpoint(0.0), mode)
