@@ -40,10 +40,10 @@ def test_other_vessels_touch_nothing(tmp_path: Path, vessel: str, seed: int) -> 
 
 
 @pytest.mark.sweep
-def test_a_boat_that_goes_to_and_fro_gives_up(tmp_path: Path) -> None:
-    """What it has seen on one side it forgets while it tries the other."""
+def test_a_boat_that_tries_one_side_and_the_other_comes_through_or_gives_up(tmp_path: Path) -> None:
+    """What it has seen on one side it forgets while it tries the other. Once it went to and fro for ever."""
     outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=100, vessel="revolt")
-    assert outcome.ok and outcome.metrics["declared_impossible"] == 1.0, outcome.error
+    assert outcome.ok and outcome.metrics["reached"] + outcome.metrics["declared_impossible"] == 1.0, outcome.error
 
 
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
