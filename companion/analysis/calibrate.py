@@ -15,7 +15,7 @@ from companion.core.geomagnetism import decimal_year, field_nt
 from companion.core.readings import FixType, GnssFix, Imu, Reading, TimeOfDay
 from companion.nav.compass_turns import GOOD_RAD, PASSES, TiltPass, Turns, TurnsError, fit_turns, left_rad, wander_rad
 from companion.nav.field_fit import SECTORS, FieldFit, headings
-from companion.nav.lever_arms import normal_gravity_mps2
+from companion.nav.lever_arms import lever_arms, normal_gravity_mps2
 from companion.record.readings import path_in, read_kind
 
 TOML_FILE = "magnetometer.toml"
@@ -106,7 +106,7 @@ def _tilts(
     log: Log, row: SensorConfig, readings: list[Reading], gravity: float, dip_rad: float, rough: FieldFit | None
 ) -> Turns:
     """One pass of the log through an AHRS."""
-    levers = {sensor.name: (sensor.x_m, sensor.y_m, sensor.z_m) for sensor in log.config.sensors}
+    levers = lever_arms(log.config.sensors)
     tilts = TiltPass(levers[row.name], levers, gravity, rough)
     for reading in readings:
         tilts.take(reading)

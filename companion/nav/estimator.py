@@ -33,7 +33,7 @@ from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
-from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, euler_of, lever_arms, normal_gravity_mps2
 from companion.nav.measured_off import Wander
 from companion.nav.model_aid import ModelAid
 from companion.nav.mounting import Mounting
@@ -76,7 +76,7 @@ class Estimator:
         which AHRS_LAW 1 chooses, from the gravity in m/s²."""
         self._parameters = parameters
         self._home = config.home
-        self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
+        self._levers = lever_arms(config.sensors)
         timeouts_s = {row.name: row.timeout_s for row in config.sensors}
         self._accuracies = SensorAccuracies(config.sensors)
         self._say = say

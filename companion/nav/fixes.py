@@ -15,7 +15,7 @@ from companion.nav.altitude import Altitude
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import Sense
-from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, lever_arms, normal_gravity_mps2
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
 from companion.nav.solution import Place
@@ -66,7 +66,7 @@ class Fixes:
         self.kinds: dict[str, FixType] = {}  # of each receiver
         self.jumps_followed = 0
         self._home, self._parameters, self._say = config.home, parameters, say
-        self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
+        self._levers = lever_arms(config.sensors)
         self._accuracies, self._witness, self._validity, self._solutions = accuracies, witness, validity, solutions
         self._receivers = SourceSelector({row.name: row.timeout_s for row in config.sensors})
         self._first = FirstPosition()

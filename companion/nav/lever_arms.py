@@ -7,6 +7,9 @@ Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*;
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+
+from companion.config.devices import SensorConfig
 
 Vector = tuple[float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
@@ -25,6 +28,11 @@ def rotate(matrix: Matrix, vector: Vector) -> Vector:
 def cross(a: Vector, b: Vector) -> Vector:
     """Cross product a × b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def lever_arms(sensors: Sequence[SensorConfig]) -> dict[str, Vector]:
+    """By name of each sensor: where it sits, from the boat's origin, m."""
+    return {row.name: (row.x_m, row.y_m, row.z_m) for row in sensors}
 
 
 def velocity_ned(matrix: Matrix, rates_radps: Vector, lever_m: Vector) -> Vector:

@@ -89,16 +89,7 @@ class KeepingOff:
 
     def comes(self, movers: Sequence[Contact], nav: NavState) -> bool:
         """Whether something that moves comes too near to a boat that stays where it is."""
-        times = np.arange(0.0, _SOON_S, _STEP_S)
-        return any(
-            float(
-                np.hypot(
-                    m.north_m + times * m.north_mps - nav.north_m, m.east_m + times * m.east_mps - nav.east_m
-                ).min()
-            )
-            < m.radius_m + self._half_m + _MOVER_M
-            for m in movers
-        )
+        return self._room_of_movers_m(movers, nav.north_m, nav.east_m, np.arange(0.0, _SOON_S, _STEP_S)) < 0.0
 
     def reset(self) -> None:
         """The boat does not keep off anything."""
@@ -157,10 +148,7 @@ class KeepingOff:
         below 0 it does not. `wide`: judge what lies by all of the distance at which the boat stops."""
         times = np.arange(0.0, _SOON_S, _STEP_S)
         north, east = self._places(nav, asked, out_m, times)
-        room = math.inf
-        for one in around.movers:
-            gaps = np.hypot(one.north_m + times * one.north_mps - north, one.east_m + times * one.east_mps - east)
-            room = min(room, float(gaps.min()) - one.radius_m - self._half_m - _MOVER_M)
+        room = self._room_of_movers_m(around.movers, north, east, times)
         if len(around.lying):
             soon = times <= _LYING_SOON_S
             lying = around.lying
@@ -169,6 +157,16 @@ class KeepingOff:
             if closing.any():
                 least_m = float(gaps[closing].min())
                 room = min(room, least_m - (1.0 if wide else _LYING_SHARE) * self._stop_m)
+        return room
+
+    def _room_of_movers_m(
+        self, movers: Sequence[Contact], north_m: Floats | float, east_m: Floats | float, times: Floats
+    ) -> float:
+        """The same to what moves alone, of a boat that is at these places, or at one place, at these times."""
+        room = math.inf
+        for one in movers:
+            gaps = np.hypot(one.north_m + times * one.north_mps - north_m, one.east_m + times * one.east_mps - east_m)
+            room = min(room, float(gaps.min()) - one.radius_m - self._half_m - _MOVER_M)
         return room
 
     def _places(self, nav: NavState, asked: PathSetpoint, out_m: float, times: Floats) -> tuple[Floats, Floats]:

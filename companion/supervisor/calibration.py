@@ -18,7 +18,7 @@ from companion.nav.compass_calibration import CompassCalibration
 from companion.nav.compass_turns import left_rad, wander_rad
 from companion.nav.corrections import inertial_sensors, magnetometers
 from companion.nav.field_fit import FieldFit
-from companion.nav.lever_arms import Vector, normal_gravity_mps2
+from companion.nav.lever_arms import Vector, lever_arms, normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.sources import plausible
 from companion.nav.still_calibration import StillMean, level_of
@@ -100,7 +100,7 @@ class CalibrationDuty:
         self._magnetometers = magnetometers(config.sensors)
         self._inertial = inertial_sensors(config.sensors)
         self._mounting = Mounting(config, parameters)
-        self._levers: Mapping[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
+        self._levers = lever_arms(config.sensors)
         self._parts: tuple[Part, ...] = ()
         self._save = True
         self._runs = 0
