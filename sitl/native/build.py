@@ -24,9 +24,10 @@ from sitl.native.source import prepared
 GROUP = "usv"
 FLAGS = (
     *("-O2", "-fPIC", "-fno-plt", "-fvisibility=hidden", "-fwrapv", "-ffp-contract=off", "-fno-math-errno"),
-    *("-DNDEBUG", "-w"),
+    *("-fno-builtin-pow", "-DNDEBUG", "-w"),
 )
-"""No fused multiply-add, which some processors have and which rounds once less: results stay as interpreted ones."""
+"""Results stay as interpreted ones: no fused multiply-add, which some processors have and which rounds once less, and
+no `x * x` in place of `x ** 2`, for which Python asks the C library."""
 
 _HEADERS = (f"__native_{GROUP}.h", f"__native_internal_{GROUP}.h")
 """What all C files include; read once, since it is larger than most of them."""

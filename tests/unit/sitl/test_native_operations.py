@@ -34,6 +34,7 @@ double of_two(int which, double x, double y) {
     return which == 0 ? usv_hypot(x, y) : which == 1 ? usv_fmod(x, y) : which == 2 ? usv_remainder(x, y)
         : usv_power(x, y);
 }
+double squared(double x) { return usv_power(x, 2.0); }
 double hypot3(double x, double y, double z) { return usv_hypot3(x, y, z); }
 int finite(double x) { return usv_isfinite(x); }
 long rounded(double x) { return (long)usv_round(x) / 2; }
@@ -73,6 +74,7 @@ def _declared(library: Any) -> Any:
     for name, result, given in (
         ("of_one", number, (ctypes.c_int, number)),
         ("of_two", number, (ctypes.c_int, number, number)),
+        ("squared", number, (number,)),
         ("hypot3", number, (number, number, number)),
         ("finite", ctypes.c_int, (number,)),
         ("rounded", whole, (number,)),
@@ -124,6 +126,12 @@ def test_of_two_numbers(library: Any) -> None:
         for x in numbers:
             for y in numbers:
                 assert _same(lambda: library.of_two(which, x, y), lambda: function(x, y)), (function, x, y)  # noqa: B023
+
+
+def test_squares_are_those_of_the_c_library(library: Any) -> None:
+    rng = random.Random(3)
+    numbers = [rng.uniform(0.0, 1.0) * 10.0 ** rng.uniform(-8.0, 4.0) for _ in range(20_000)]
+    assert [x for x in numbers if library.squared(x) != x**2] == []
 
 
 def test_hypotenuse_is_rounded_as_pythons(library: Any) -> None:
