@@ -12,11 +12,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from companion.config.hull import HullConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.bend_speed import BendSpeeds
 from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.turning import sway_lag_s
 from companion.params.store import Parameters
 
 Place = tuple[float, float]
@@ -32,6 +34,7 @@ _STEP_SHARE = 0.02  # of the radius, either way: for rates of the course field
 _STEP_RAD = 0.02  # likewise of the heading over the course
 _ALONG_RAD = math.radians(10.0)  # between course made and circle, within which the integral learns
 _SLIP_TIME_S = 6.0
+_SLIP_LAGS = 3.0  # times the lag of the course behind the bow: learnt faster, the slip makes the bow swing to and fro
 _SLIP_SHARE = 0.3  # of the speed asked for: slower, the course made tells nothing
 _LARGEST_SLIP_RAD = math.radians(40.0)
 _SWAY_TIME_S = 2.0
@@ -177,14 +180,21 @@ class OrbitGuidance:
 
     Remembers the circle, the angle swept, the integral of the line of sight, the drift seen, and the speed and heading
     last asked for. `can_sway`: the boat can push itself sideways. `top_mps`: the most that it makes through the water.
-    `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them.
+    `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them. `hull`: how late
+    its course follows its bow; None: at once.
     """
 
     def __init__(
-        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, bends: BendSpeeds | None = None
+        self,
+        parameters: Parameters,
+        can_sway: bool,
+        top_mps: float = math.inf,
+        bends: BendSpeeds | None = None,
+        hull: HullConfig | None = None,
     ) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
+        self._hull = hull
         self._bends = bends
         self._crab = CrabCompensation(top_mps)
         self._circle: Circle | None = None
@@ -330,7 +340,9 @@ class OrbitGuidance:
         ground_mps = math.hypot(nav.north_mps, nav.east_mps)
         off_rad = wrap_pi(course_rad - math.atan2(nav.east_mps, nav.north_mps))
         if ground_mps > _SLIP_SHARE * self._speed and abs(off_rad) < _LARGEST_SLIP_RAD:
-            self._slip = _within(self._slip + off_rad * dt_s / _SLIP_TIME_S, _LARGEST_SLIP_RAD)
+            lag_s = 0.0 if self._hull is None else sway_lag_s(self._hull, nav.surge_mps, nav.sway_mps)
+            time_s = max(_SLIP_TIME_S, _SLIP_LAGS * lag_s)
+            self._slip = _within(self._slip + off_rad * dt_s / time_s, _LARGEST_SLIP_RAD)
 
     def _course_at(self, nav: NavState, north_m: float, east_m: float) -> float:
         """Course to sail so far from where the boat is. At the centre: straight on."""

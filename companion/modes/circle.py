@@ -93,7 +93,8 @@ class CircleMode(Mode):
         self._events = events
         self._frame = frame
         self._fence = fence
-        self._guidance = OrbitGuidance(parameters, config.limits.sway_n > 0.0, top_speed_mps(config), bends_of(config))
+        can_sway, bends = config.limits.sway_n > 0.0, bends_of(config)
+        self._guidance = OrbitGuidance(parameters, can_sway, top_speed_mps(config), bends, config.hull)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._watch = WatchCircles(parameters, events, "Circle")
         self._headway = Headway("Circle", events)

@@ -120,7 +120,8 @@ class MissionMode(Mode):
         self._sailing = RouteSailing(config, parameters, executor, fence)
         self._homing: Search[Homeward | str] = Search(fence.submit_urgent)
         self._home: Homeward | str | None = None  # the way to it
-        self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config), bends_of(config))
+        top_mps, bends = top_speed_mps(config), bends_of(config)
+        self._orbit = OrbitGuidance(parameters, self._can_sway, top_mps, bends, config.hull)
         self._headway = Headway("Mission", events)
         self._task: Task | None = None
         self._since_s: float | None = None

@@ -1,0 +1,66 @@
+"""A circle sailed by a boat that slides: its course follows its bow late."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from companion.config.hull import HullConfig
+from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.guidance.orbit import Circle, OrbitGuidance
+from companion.params.store import Parameters
+
+DT_S = 0.1
+OTTER = load(find("otter")).hull
+LAG_S = 10.0  # of a flat barge of two tonnes at 0.4 m/s
+BARGE = replace(OTTER, m22_kg=2700.0, damping=replace(OTTER.damping, y_v=2700.0 / LAG_S, y_uv=0.0, y_vv=0.0))
+SLOW = Parameters({"WP_SPEED": 0.45, "PATH_YAW_RATE": 5.0, "PATH_ACC": 0.03, "PATH_LOOKAHEAD": 10.0})
+BOW_S, TURN_RADPS2 = 3.0, 0.008  # the heading loop, and the most that the thrusters turn the boat
+
+
+def sailed(hull: HullConfig | None, seconds: float) -> tuple[list[float], float]:
+    """(distances outside the circle, angle swept) from 10 m outside."""
+    guidance = OrbitGuidance(SLOW, can_sway=False, hull=hull)
+    nav = replace(NO_ESTIMATE, north_m=-30.0, current_north_mps=0.0, current_east_mps=0.0)
+    guidance.start(Circle(0.0, 0.0, 20.0, True), nav)
+    off_m, swept = [], 0.0
+    for _ in range(int(seconds / DT_S)):
+        progress = guidance.update(nav, 0.45, DT_S)
+        setpoint = progress.setpoint
+        assert setpoint.yaw_rad is not None
+        wanted = setpoint.yaw_rate_radps + wrap_pi(setpoint.yaw_rad - nav.yaw_rad) / BOW_S
+        turn = min(TURN_RADPS2, max(-TURN_RADPS2, (wanted - nav.yaw_rate_radps) / 1.5))
+        nav = slid(nav, nav.yaw_rate_radps + turn * DT_S, setpoint.surge_mps)
+        off_m.append(progress.error_m)
+        swept = progress.swept_rad or 0.0
+    return off_m, swept
+
+
+def slid(nav: NavState, rate_radps: float, asked_mps: float) -> NavState:
+    """One step of a hull that keeps its momentum in the turn, and loses its sideways speed within LAG_S."""
+    surge = nav.surge_mps + (asked_mps - nav.surge_mps) * DT_S / 4.0
+    sway = nav.sway_mps - (surge * rate_radps + nav.sway_mps / LAG_S) * DT_S
+    yaw = wrap_pi(nav.yaw_rad + rate_radps * DT_S)
+    north, east = (surge * math.cos(yaw) - sway * math.sin(yaw), surge * math.sin(yaw) + sway * math.cos(yaw))
+    return replace(
+        nav,
+        north_m=nav.north_m + north * DT_S,
+        east_m=nav.east_m + east * DT_S,
+        yaw_rad=yaw,
+        yaw_rate_radps=rate_radps,
+        surge_mps=surge,
+        sway_mps=sway,
+        north_mps=north,
+        east_mps=east,
+    )
+
+
+def test_a_boat_that_slides_comes_round() -> None:
+    """What it slides must not be learnt faster than its course follows its bow: the bow would swing to and fro."""
+    off_m, swept = sailed(BARGE, 1200.0)
+    assert swept > 2.0 * math.tau
+    assert max(abs(off) for off in off_m[-3000:]) < 1.0
+    swinging_m, _ = sailed(None, 1200.0)
+    assert max(abs(off) for off in swinging_m[-3000:]) > 1.0
