@@ -6,10 +6,11 @@ import ast
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
 
 from docs.generate.markdown import code, table
-from docs.generate.source import ROOT, Module, modules
+from docs.generate.source import ROOT, Module, imports, modules
 
 _PROGRAM = "companion"
 _WIDTH, _BOX_H, _GAP, _LEFT, _TOP = 960, 44, 8, 30, 24
@@ -25,7 +26,8 @@ class Room:
     uses: frozenset[str]
 
 
-def rooms() -> dict[str, Room]:
+@cache
+def rooms() -> Mapping[str, Room]:
     """Every room by its name."""
     by_room: dict[str, list[Module]] = {}
     for module in modules(_PROGRAM):
@@ -42,7 +44,7 @@ def rooms() -> dict[str, Room]:
 
 def _used(found: Iterable[Module], names: frozenset[str]) -> frozenset[str]:
     return frozenset(
-        room for module in found for node in ast.walk(module.tree) for room in _imported(node) if room in names
+        room for module in found for node in imports(module.tree) for room in _imported(node) if room in names
     )
 
 

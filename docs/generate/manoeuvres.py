@@ -3,6 +3,7 @@ course by themselves."""
 
 from __future__ import annotations
 
+import copy
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -139,13 +140,22 @@ def _plants() -> Mapping[str, PlantConfig]:
     return sitl.plants
 
 
+@cache
 def _sail(plant: PlantConfig, trim: Trim, manoeuvre: str) -> Mapping[str, float]:
     helped_n = 0.0
     if plant.equations == "companion":
         helped_n = trim.ahead_n
         plant = replace(plant, hull=replace(plant.hull, m11_kg=plant.hull.m11_kg + trim.surge_kg))
     sail, _, thrust = _MANOEUVRES[manoeuvre]
-    return sail(Bare(load(find("otter")), plant, helped_n), thrust)
+    return sail(copy.deepcopy(_under_way(plant, helped_n, thrust.mean_n)), thrust)
+
+
+@cache
+def _under_way(plant: PlantConfig, helped_n: float, mean_n: float) -> Bare:
+    """The Otter at its steady speed, from where each manoeuvre begins."""
+    boat = Bare(load(find("otter")), plant, helped_n)
+    boat.run_up(Thrust(mean_n, 0.0))
+    return boat
 
 
 def steps() -> Iterator[tuple[str, PlantConfig]]:

@@ -42,20 +42,27 @@ def _module(path: Path) -> Module:
 
 
 @cache
-def _functions_and_calls(tree: ast.AST) -> tuple[ast.FunctionDef | ast.Call, ...]:
-    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Call))
+def _kept(tree: ast.AST) -> tuple[ast.FunctionDef | ast.Call | ast.Import | ast.ImportFrom, ...]:
+    kinds = ast.FunctionDef | ast.Call | ast.Import | ast.ImportFrom
+    return tuple(node for node in ast.walk(tree) if isinstance(node, kinds))
+
+
+@cache
+def imports(tree: ast.AST) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    """Every import statement, at any depth."""
+    return tuple(node for node in _kept(tree) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 @cache
 def functions(tree: ast.AST) -> tuple[ast.FunctionDef, ...]:
     """Every function and method, at any depth."""
-    return tuple(node for node in _functions_and_calls(tree) if isinstance(node, ast.FunctionDef))
+    return tuple(node for node in _kept(tree) if isinstance(node, ast.FunctionDef))
 
 
 @cache
 def calls(tree: ast.AST) -> tuple[ast.Call, ...]:
     """Every call, at any depth."""
-    return tuple(node for node in _functions_and_calls(tree) if isinstance(node, ast.Call))
+    return tuple(node for node in _kept(tree) if isinstance(node, ast.Call))
 
 
 @cache

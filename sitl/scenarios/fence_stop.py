@@ -14,7 +14,7 @@ from companion.core.geodesy import LocalFrame
 from sitl.scenarios.figure import finish_chart, legend, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_truth
-from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,6 @@ _BY_STICK = {"manual": _MANUAL, "forces": _FORCES, "heading": _HEADING}
 _BEHIND_M, _BESIDE_M = 40.0, 100.0
 _TIMEOUT_S = 400.0
 _REST_MPS = 0.1
-_STAY_S = 60.0
 _DRIFTS_S = 120.0  # from half the way on: a jet or a rudder that sails back in its watch circle may never be at rest
 _LAST_S = 10.0
 _HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad, and for each rad/s
@@ -65,7 +64,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     drifts = any(thruster.kind in ("jet", "rudder") for thruster in gcs.rig.config.thrusters)
     rests_s = gcs.rig.now_s + (_DRIFTS_S if drifts else math.inf)
     _until(gcs, "at rest", lambda: abs(gcs.rig.world.truth.surge_mps) < _REST_MPS or gcs.rig.now_s >= rests_s, push)
-    end_s = gcs.rig.now_s + _STAY_S
+    end_s = gcs.rig.now_s + number(settings, "stay")
     _until(gcs, "a while more", lambda: gcs.rig.now_s >= end_s, push)
     last = gcs.last["FENCE_STATUS"]
     return {
@@ -169,6 +168,7 @@ SCENARIO = Scenario(
         "by": "heading",
         "line": "60",
         "late": "15",
+        "stay": "60",
         "fast": "0.9",
     },
     sail=sail,

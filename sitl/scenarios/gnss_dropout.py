@@ -12,12 +12,10 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, estimate_errors
-from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _MISSION = 0x04040000
 _LIMITS_M = {2.0: 0.2, 5.0: 0.3, 12.0: 1.2}
-_SETTLE_S = 60.0  # time for the filter to learn its biases
-_PAUSE_S = 40.0  # between two dropouts
 _AFTER_S = 3.0
 _SPIKE_MPS = 0.3
 _PATIENCE_S = 20.0  # FS_POS_T, so that no failsafe ends the run
@@ -25,22 +23,24 @@ _SIDE_M = 40.0
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Hold or sail, and let the receiver drop out three times."""
+    """Hold or sail for `settle` seconds, in which the filter learns its biases, and let the receiver drop out three
+    times, `pause` seconds apart."""
+    settle_s, pause_s = number(settings, "settle"), number(settings, "pause")
     gcs.ready()
     gcs.set_parameter("FS_POS_T", _PATIENCE_S)
     if settings["while"] == "holding":
-        gcs.hold_at_home(_SETTLE_S)
+        gcs.hold_at_home(settle_s)
     elif settings["while"] == "sailing":
         _begin_square(gcs)
-        gcs.sail(_SETTLE_S)
+        gcs.sail(settle_s)
     else:
         raise ScenarioError(f"while={settings['while']}: holding or sailing")
     dropouts = []
     for duration_s in _LIMITS_M:
         from_s = gcs.rig.now_s
         gcs.rig.world.add_fault("gnss_lost", duration_s)
-        gcs.sail(duration_s + _PAUSE_S)
         dropouts.append((duration_s, from_s))
+        gcs.sail(duration_s + (pause_s if len(dropouts) < len(_LIMITS_M) else _AFTER_S + 1.0))
     return {"dropouts": dropouts}
 
 
@@ -80,8 +80,17 @@ SCENARIO = Scenario(
     name="gnss_dropout",
     text="dropouts of the receiver of 2, 5 and 12 s, judged by the error of the estimate",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "while": "holding"},
+    defaults={
+        "wind": "2",
+        "current": "",
+        "gnss": "rtk",
+        "waves": "",
+        "model_error": "",
+        "while": "holding",
+        "settle": "60",
+        "pause": "40",
+    },
     sail=sail,
     measure=measure,
-    lasts_s=200.0,
+    lasts_s=165.0,
 )

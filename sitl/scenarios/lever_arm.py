@@ -9,9 +9,8 @@ from typing import Any
 
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, EstimateError, estimate_errors, rms
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 
-_SETTLE_S = 40.0
 _TURN_RAD = math.pi / 2.0
 _TURN_S = 50.0
 _LIMIT_M = 0.02
@@ -21,7 +20,7 @@ _WHOLE_M = 0.05  # limit of the estimate's whole error, with the receiver's slow
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home and turn by 90°."""
     home = gcs.rig.config.home
-    gcs.hold_at_home(_SETTLE_S)
+    gcs.hold_at_home(number(settings, "settle"))
     from_s = gcs.rig.now_s
     gcs.sail(5.0)
     gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
@@ -66,7 +65,7 @@ SCENARIO = Scenario(
     name="lever_arm",
     text="a turn of 90° while holding, judged by the part of the estimate's error that turns with the hull",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
+    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "settle": "40"},
     sail=sail,
     measure=measure,
     lasts_s=100.0,

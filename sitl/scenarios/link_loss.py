@@ -19,7 +19,7 @@ from sitl.scenarios.measure import Check
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _SHORT_S, _SHORT_EVERY_S, _SHORT_COUNT = 0.4, 2.0, 10
-_RUN_UP_S, _BACK_S, _END_S = 25.0, 45.0, 5.0
+_RUN_UP_S, _END_S = 25.0, 5.0
 _FALLBACK_S, _INTERVALS = 1.0, 3.0  # limit for a 20 Hz module; three intervals for slower ones
 _RETURN_S, _RETURN_SLACK_S = 3.0, 1.5  # FOLL_BACK_T of good data, and the time until they are good
 
@@ -42,7 +42,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         begin_s = convoy.now_s
         convoy.lose(each, number(settings, "outage"))
         outages.append((each, begin_s, convoy.now_s))
-        convoy.sail(_BACK_S)
+        convoy.sail(number(settings, "back"))
     marks = [(begin_s, f"{each} lost") for each, begin_s, _ in outages] + [(end_s, "good") for _, _, end_s in outages]
     return {
         **asked,
@@ -94,7 +94,7 @@ def _first(in_modes: list[tuple[float, str]], from_s: float, following: bool) ->
     return next((t_s for t_s, mode in in_modes if t_s >= from_s and (mode == "Follow") == following), math.inf)
 
 
-_DEFAULTS = {**follow.DEFAULTS, "leader": "straight@8.2", "outage": "5"}
+_DEFAULTS = {**follow.DEFAULTS, "leader": "straight@8.2", "outage": "5", "back": "45"}
 SCENARIO = Scenario(
     name="link_loss",
     text="behind a lead boat the link, then the follower's own receiver, fails for 0.4 s many times and for 5 s",

@@ -1,5 +1,5 @@
-"""A sensor begins to lie while the boat holds: how soon that is found, and how far the boat has moved by then and in
-the minute after."""
+"""A sensor begins to lie while the boat holds: how soon that is found, and how far the boat has moved by then and
+while it lies."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from companion.core.angles import wrap_pi
 from sitl.lie_table import LIES
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_estimates, read_truth
-from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 FOUND = "sense_distrusted"
 _SETTLE_S = 60.0
-_WATCH_S = 60.0
 _NEVER_S = 999.0
 _FOUND_S = {  # of lies with a promise
     "gnss_frozen": 2.0, "position_frozen": 3.0, "gnss_jump": 1.0, "heading_turned": 1.0, "heading_creep": 4.0,
@@ -30,7 +29,7 @@ _HEADING_DEG = {"heading_turned": 10.0, "heading_creep": 10.0}  # error of the e
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Hold at home; then the lie, for a minute."""
+    """Hold at home; then the lie, for `watch` seconds."""
     _name_of(settings)
     settle(gcs)
     return lie(gcs, settings)
@@ -42,11 +41,11 @@ def settle(gcs: GroundStation) -> None:
 
 
 def lie(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """The lie, for a minute. Returns what `measure` needs to know."""
+    """The lie, for `watch` seconds. Returns what `measure` needs to know."""
     name = _name_of(settings)
     from_s = gcs.rig.now_s
     gcs.rig.world.add_fault(settings["lie"])
-    gcs.sail(_WATCH_S)
+    gcs.sail(number(settings, "watch"))
     return {"from_s": from_s, "to_s": gcs.rig.now_s, "lie": name}
 
 
@@ -80,7 +79,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     limits = (
         ("found after", "found_s", _FOUND_S, "s"),
         ("moved by then", "moved_m", _MOVED_M, "m"),
-        ("largest distance in the minute", "kept_m", _KEPT_M, "m"),
+        ("largest distance while it lies", "kept_m", _KEPT_M, "m"),
         ("largest error of the heading", "heading_error_deg", _HEADING_DEG, "deg"),
     )
     return metrics, [Check(text, metrics[key], table[name], unit) for text, key, table, unit in limits if name in table]
@@ -102,6 +101,7 @@ SCENARIO = Scenario(
     vessel="revolt",
     defaults={
         "lie": "gnss_jump=50",
+        "watch": "60",
         "wind": "3",
         "current": "",
         "gnss": "rtk",

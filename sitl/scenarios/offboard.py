@@ -33,13 +33,13 @@ def setpoint(frame: int, mask: int, x: float, y: float, yaw_rad: float, rate_rad
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Stream each kind of setpoint, then fall silent."""
-    speed = number(settings, "speed")
+    """Stream each kind of setpoint for `time` seconds (the position for 20 more), then fall silent as long."""
+    speed, time_s = number(settings, "speed"), number(settings, "time")
     legs = {
-        "position": (80.0, setpoint(1, POSITION, *_POINT)),
-        "velocity": (60.0, setpoint(1, VELOCITY, speed * 0.6, speed * 0.8, math.atan2(0.8, 0.6))),
-        "new_velocity": (60.0, setpoint(1, VELOCITY, *body_to_ned(speed, 0.0, _NEW_COURSE_RAD), _NEW_COURSE_RAD)),
-        "body": (60.0, setpoint(8, VELOCITY_BODY, speed, 0.0, 0.0, _TURN_RADPS)),
+        "position": (time_s + 20.0, setpoint(1, POSITION, *_POINT)),
+        "velocity": (time_s, setpoint(1, VELOCITY, speed * 0.6, speed * 0.8, math.atan2(0.8, 0.6))),
+        "new_velocity": (time_s, setpoint(1, VELOCITY, *body_to_ned(speed, 0.0, _NEW_COURSE_RAD), _NEW_COURSE_RAD)),
+        "body": (time_s, setpoint(8, VELOCITY_BODY, speed, 0.0, 0.0, _TURN_RADPS)),
     }
     gcs.ready()
     gcs.arm()
@@ -52,7 +52,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         asked[name] = gcs.rig.now_s
     gcs.wait("fallback to Hold", lambda: bool(gcs.last["HEARTBEAT"].custom_mode == HOLD), 5.0)
     asked["silence_s"] = gcs.rig.now_s - asked["body"]
-    gcs.sail(60.0)
+    gcs.sail(time_s)
     return asked
 
 
@@ -134,7 +134,16 @@ SCENARIO = Scenario(
     name="offboard",
     text="another computer steers: a point, two velocities, a body velocity with a yaw rate, then silence",
     vessel="revolt",
-    defaults={"speed": "0.4", "wind": "", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
+    defaults={
+        "speed": "0.4",
+        "time": "60",
+        "wind": "",
+        "current": "",
+        "gnss": "rtk",
+        "waves": "",
+        "model_error": "",
+        "plant": "",
+    },
     by_vessel={
         "aboat": {"speed": "0.8", "gnss": "sbas"},
         "rescuerunner": {"speed": "5", "gnss": "standalone"},

@@ -11,9 +11,8 @@ from typing import Any
 from sitl.faults import OFFSETS_M
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, EstimateError, estimate_errors
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 
-_SETTLE_S = 40.0
 _COUNTS = (1, 2, 5, 20)
 _FIX_S = 0.05  # period of the receiver
 _PAUSE_S = 2.0
@@ -28,7 +27,7 @@ _ACCEPTED_SHARE = 0.9  # share of the step
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold through all bursts, then through the step."""
-    gcs.hold_at_home(_SETTLE_S)
+    gcs.hold_at_home(number(settings, "settle"))
     bursts = []
     for distance_m in OFFSETS_M:
         for count in _COUNTS:
@@ -84,7 +83,7 @@ SCENARIO = Scenario(
     name="wild_points",
     text="bursts of outliers while holding, judged by how far the estimate moves",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
+    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "settle": "40"},
     sail=sail,
     measure=measure,
     lasts_s=150.0,

@@ -95,7 +95,7 @@ def test_from_anywhere_it_comes_to_the_circle_and_stays(
     boat = Boat(replace(AT_REST, north_m=north_m, east_m=east_m, yaw_rad=yaw), drift)
     guidance = OrbitGuidance(Parameters({}), can_sway, top_mps=2.0)
     guidance.start(circle, boat.nav)
-    sail(boat, guidance, 0.6, (away + 3.0) * radius_m / 0.4 + 60.0)
+    sail(boat, guidance, 0.6, (away + 2.0) * radius_m / 0.5 + 40.0)
     lap = sail(boat, guidance, 0.6, 2.0 * math.pi * radius_m / 0.6)
     assert max(abs(error) for error in lap) < 0.35
 

@@ -45,7 +45,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     station, sticks."""
     folder = tmp_path_factory.mktemp("log")
     rig = LockstepRig(
-        Conditions("revolt", seed=3, wind="2", faults=("thruster_bow_dead@20+5",), parameters={"THR_WATCH": 0.0}),
+        Conditions(
+            "revolt",
+            seed=3,
+            wind="2",
+            faults=("thruster_bow_dead@20+5",),
+            parameters={"THR_WATCH": 0.0, "COM_DL_LOSS_T": 5.0},
+        ),
         folder,
     )
     station = GroundStation(rig)
@@ -62,7 +68,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     station.upload([Item(16, home.lat_deg + 1e-4, home.lon_deg), Item(16, home.lat_deg + 1e-4, home.lon_deg + 1e-4)])
     station.set_mode(_MISSION)
     station.sail(8.0)
-    for _ in range(130):  # silent for longer than COM_DL_LOSS_T
+    for _ in range(80):  # silent for longer than COM_DL_LOSS_T
         rig.step()
     station.send(mavlink.MAVLink_manual_control_message(1, 500, 0, 0, 100, 0))
     station.set_mode(_FORCES)

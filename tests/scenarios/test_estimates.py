@@ -90,7 +90,7 @@ def test_normalised_errors_over_the_seeds(gnss: str) -> None:
 @pytest.mark.parametrize("gnss", ["rtk", "sbas", "standalone"])
 def test_errors_are_no_larger_than_three_sigma(gnss: str) -> None:
     for seed in (1, 2):
-        for state, truth in drive(REVOLT, seed, 70.0, gnss, ("gnss_lost@60+5",))[400:]:
+        for state, truth in drive(REVOLT, seed, 55.0, gnss, ("gnss_lost@45+5",))[300:]:
             assert max(normalised(state, truth)) < 16.0, state.t_s
 
 

@@ -24,7 +24,7 @@ def stop(folder: Path, seed: int, vessel: str | None = None, **changes: str) -> 
     ("by", "seed"), [("heading", 5000), ("late", 2), pytest.param("mission", 5005, marks=pytest.mark.sweep)]
 )
 def test_stops_inside(tmp_path: Path, by: str, seed: int) -> None:
-    metrics = stop(tmp_path, seed, by=by)
+    metrics = stop(tmp_path, seed, by=by, stay="30")
     if by != "late":  # Hold, which a fence across the mission asks for, brakes at once
         assert metrics["middle_short_of_line_m"] < 6.0, "it is slowed down no earlier than it must"
 
@@ -54,7 +54,6 @@ def test_stops_inside_in_other_conditions(tmp_path: Path, by: str, change: dict[
 
 def test_a_check_can_fail(tmp_path: Path) -> None:
     """No boat stops in so short a way: the scenario must say so."""
-    outcome = run(
-        SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes={"by": "late", "late": "2", "line": "25"}
-    )
+    changes = {"by": "late", "late": "2", "line": "25", "stay": "0"}
+    outcome = run(SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes=changes)
     assert not outcome.ok and any(not check.ok and check.name.startswith("the hull") for check in outcome.checks)

@@ -84,11 +84,11 @@ def test_in_the_wake_through_a_u_turn(tmp_path: Path) -> None:
 
 def test_up_to_a_leader_at_rest_and_away_with_it(tmp_path: Path) -> None:
     """The lead boat lies with its bow towards the follower, so that the way to its stern leads around it."""
-    sail("approach", tmp_path, 1, heading="150", wait="100", time="50")
+    sail("approach", tmp_path, 1, heading="150", distance="200", wait="75", time="45")
 
 
 def test_link_and_own_receiver_lost(tmp_path: Path) -> None:
-    sail("link_loss", tmp_path, 1)
+    sail("link_loss", tmp_path, 1, back="35")
 
 
 def said(folder: Path) -> list[str]:

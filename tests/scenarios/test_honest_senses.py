@@ -16,7 +16,7 @@ VESSELS = ("aboat", "cybership2", "rescuerunner", "revolt")
 
 @pytest.mark.parametrize("vessel", ["revolt", "rescuerunner"])
 def test_no_honest_sensor_is_doubted(tmp_path: Path, vessel: str) -> None:
-    sail(tmp_path, vessel, 0)
+    sail(tmp_path, vessel, 0, "100")
 
 
 @pytest.mark.sweep

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -33,6 +34,7 @@ def test_there_is_one_of_each_kind() -> None:
 
 # the others are begun in every run and sailed to their end in the sweep
 QUICK = ("trondheim_square.plan", "aboat_route_1.plan")
+LONG = ("aboat_island.plan", "aboat_route_2.plan", "aboat_route_3.plan", "aboat_route_4.plan")
 
 
 def vessel_of(path: Path) -> str:
@@ -84,8 +86,18 @@ def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", [path for path in FILES if path.name not in QUICK], ids=lambda path: path.name)
 def test_is_begun(path: Path, tmp_path: Path) -> None:
+    """To its second place, or 12 s on the way there where that is 50 m and more."""
     desk = loaded(path, tmp_path)
-    sail(desk, "the first items", lambda: desk.vessel.executor.progress.reached >= 2, 300.0)
+    first_s = math.inf
+
+    def begun() -> bool:
+        nonlocal first_s
+        reached = desk.vessel.executor.progress.reached
+        if reached > 0:
+            first_s = min(first_s, desk.rig.now_s)
+        return reached >= 2 or (path.name in LONG and desk.rig.now_s > first_s + 12.0)
+
+    sail(desk, "the first items", begun, 300.0)
 
 
 @pytest.mark.sweep

@@ -18,7 +18,7 @@ def sail(folder: Path, vessel: str, seed: int, **changes: str) -> None:
 
 def test_revolt_in_weather(tmp_path: Path) -> None:
     """ÅBOAT sails by MAVSDK's own plugin in tests/protocol."""
-    sail(tmp_path, "revolt", 1, wind="2", current="0.1")
+    sail(tmp_path, "revolt", 1, wind="2", current="0.1", time="35")
 
 
 @pytest.mark.sweep

@@ -22,12 +22,12 @@ def sail(name: str, vessel: str, folder: Path, seed: int, **changes: str) -> dic
 
 
 def test_aboat_sails_its_square_on_a_hull_with_lift(tmp_path: Path) -> None:
-    metrics = sail("mission_square", "aboat", tmp_path, 0, plant="slender")
+    metrics = sail("mission_square", "aboat", tmp_path, 0, plant="slender", side="16")
     assert metrics["cross_track_rms_m"] < 0.4
 
 
 def test_the_published_otter_sails_a_square(tmp_path: Path) -> None:
-    metrics = sail("mission_square", "otter", tmp_path, 0, plant="published", side="30", limit="2")
+    metrics = sail("mission_square", "otter", tmp_path, 0, plant="published", side="20", limit="2")
     assert metrics["cross_track_rms_m"] < 0.6
 
 

@@ -21,7 +21,7 @@ def bad(outcome: ScenarioResult) -> object:
 
 
 def test_it_beats_and_holds_with_a_wrong_model_of_its_sail(tmp_path: Path) -> None:
-    outcome = sailed(tmp_path, 200, leg="60", hold="60", model_error="0.2")
+    outcome = sailed(tmp_path, 200, leg="45", hold="45", model_error="0.2")
     assert outcome.ok, bad(outcome)
     assert outcome.metrics["made_good_mps"] > 0.4
 
@@ -37,7 +37,7 @@ def test_it_stays_inside_the_fence_beside_a_beat_and_in_hold(tmp_path: Path, see
 def test_a_wing_sail_beats_and_holds(tmp_path: Path) -> None:
     boat = tmp_path / "wingbot.toml"
     boat.write_text(wing(), encoding="utf-8")
-    outcome = sailed(tmp_path / "log", 210, vessel=str(boat), leg="60", hold="60", model_error="-0.2")
+    outcome = sailed(tmp_path / "log", 210, vessel=str(boat), leg="45", hold="45", model_error="-0.2")
     assert outcome.ok, bad(outcome)
     assert outcome.metrics["made_good_mps"] > 0.4
 
@@ -66,7 +66,7 @@ def test_a_boat_without_a_sail_is_told_so(tmp_path: Path) -> None:
 def test_without_wind_a_boat_with_a_motor_goes_round_and_holds_by_it(tmp_path: Path) -> None:
     boat = tmp_path / "motorsailer.toml"
     boat.write_text(with_motor(), encoding="utf-8")
-    outcome = sailed(tmp_path / "log", 211, vessel=str(boat), leg="40", hold="90", wind="0.3", current="0.1")
+    outcome = sailed(tmp_path / "log", 211, vessel=str(boat), leg="30", hold="50", wind="0.3", current="0.1")
     assert outcome.error is None, bad(outcome)
     assert outcome.metrics["worst_miss_m"] < 6.0, "as near as under sail"
     assert outcome.metrics["hold_off_max_m"] < 15.0, "its watch circle"

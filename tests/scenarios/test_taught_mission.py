@@ -12,7 +12,7 @@ from sitl.scenarios.measure import between, read_truth
 from sitl.scenarios.rig import Conditions
 
 HOLD, MISSION = 0x03040000, 0x04040000
-TAUGHT = ((12.0, 0.0), (12.0, 12.0))
+TAUGHT = ((8.0, 0.0), (8.0, 8.0))
 SAVE, AUTO = 6, 7  # the transmitter's channels 7 and 8, from 0
 OPTIONS = {"MAN_RC_SAFE_CH": 0.0, "RC7_OPTION": 7.0, "RC8_OPTION": 16.0}
 

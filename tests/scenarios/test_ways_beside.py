@@ -19,7 +19,7 @@ from sitl.scenarios.measure import between, read_truth
 from sitl.scenarios.rig import Conditions
 
 MISSION = 0x04040000
-ZONE, RADIUS_M = (14.0, 0.0), 5.0
+ZONE, RADIUS_M = (11.0, 0.0), 4.0
 TAKES_S = 3.0
 
 
@@ -47,7 +47,7 @@ def test_rtl_holds_and_then_goes_round(tmp_path: Path) -> None:
     gcs, worker = GroundStation(rig), _TakesLong(rig)
     frame = LocalFrame(rig.config.home.lat_deg, rig.config.home.lon_deg)
     gcs.ready()
-    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(28.0, 0.0))])
+    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(22.0, 0.0))])
     gcs.set_mode(MISSION)
     gcs.arm()
     gcs.wait("the end of the mission", lambda: 0 in gcs.reached, 200.0)

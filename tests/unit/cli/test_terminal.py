@@ -132,7 +132,7 @@ RUN = (
     "--speed",
     "60",
     "--duration",
-    "24",
+    "16",
     "--fault",
     "gnss_unplugged@6+6",
     "--link",
@@ -162,7 +162,7 @@ def test_a_fault_and_its_recovery_in_a_pipe(tmp_path: Path) -> None:
     assert text.index(EVENTS) < lost < back
     assert re.search(r"^0:00:0[6-8]\.\d  WARNING    gnss: ", text, re.M)
     assert re.search(r"^0:00:1[2-4]\.\d  INFO       gnss: back$", text, re.M)
-    assert "armed 0 s of 24 s, sailed 0 m\nfailsafes: none\nlog:   " in text
+    assert "armed 0 s of 16 s, sailed 0 m\nfailsafes: none\nlog:   " in text
 
 
 @pytest.mark.process
@@ -174,4 +174,4 @@ def test_a_fault_and_its_recovery_on_a_terminal(tmp_path: Path) -> None:
     os.close(far)
     assert re.search(r"\x1b\[33m0:00:0[6-8]\.\d  WARNING    gnss: ", text)
     assert "Manual disarmed" in text and "\x1b[?25h" in text  # the cursor is back
-    assert "armed 0 s of 24 s, sailed 0 m" in text
+    assert "armed 0 s of 16 s, sailed 0 m" in text

@@ -16,7 +16,7 @@ from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
 from tests.unit.nav.boat_truth import Truth, Voyage, config_of, readings_of, sail
 
-PUSHED = Voyage(speed_mps=0.0, to_and_fro_m=0.5, duration_s=60.0, seed=11)  # too slow for its course to tell anything
+PUSHED = Voyage(speed_mps=0.0, to_and_fro_m=0.5, duration_s=45.0, seed=11)  # too slow for its course to tell anything
 Alter = Callable[[Reading], Reading | None]
 
 
