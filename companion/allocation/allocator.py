@@ -33,6 +33,7 @@ _AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than
 _WAY_LENGTHS_PS = 0.1  # speed through the water from which a boat is under way, in its lengths a second
 _WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under way
 _MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thruster turns there
+_NOTHING_N = 1.0e-3
 _FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
@@ -142,9 +143,9 @@ class Allocator(_AllocatorBase):
     thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
-    because the thruster reverses at a stop, the thruster turns there without thrust. So does one that has long wasted
-    much power, or a little with ALLOC_ECON. One that has long pushed hard in reverse, where it is weaker, turns with
-    thrust.
+    because the thruster reverses at a stop, the thruster turns there without thrust. One that has long
+    wasted much power, or a little with ALLOC_ECON, turns with little. One that has long pushed hard in reverse, where
+    it is weaker, turns with thrust.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
     thrusters are turning round, and whether the boat has made way on its planned path.
@@ -167,6 +168,8 @@ class Allocator(_AllocatorBase):
         self._has_made_way = False  # on the planned path
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
         self._pushes: set[int] = set()  # those of them that give thrust meanwhile
+        self._meanwhile_n = [(0.0, 0.0)] * len(self._thrusters)  # (x, y) that the others of them may give part of
+        self._pushed_n = [0.0] * len(self._thrusters)  # the last force that was not 0
         self._apart_s = [0.0] * len(self._thrusters)
         self._against_s = [0.0] * len(self._thrusters)
         self._strong_side = StrongSide(self._thrusters)
@@ -211,6 +214,7 @@ class Allocator(_AllocatorBase):
             low, high = self._force_bounds(i, t, dt_s)
             self._forces[i] = min(high, max(low, force))
         self._crossing = [None] * len(self._thrusters)
+        self._meanwhile_n = [(0.0, 0.0)] * len(self._thrusters)
         self._pushes.clear()
 
     def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, aimed: bool) -> None:
@@ -236,30 +240,49 @@ class Allocator(_AllocatorBase):
                 if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
+        self._pushed_n = [
+            force if abs(force) > _NOTHING_N else last for force, last in zip(self._forces, self._pushed_n, strict=True)
+        ]
 
     def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
-        """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side."""
+        """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side.
+        To save power it turns with no more than it then gives and never against that, lest the others drive the boat
+        off meanwhile."""
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         target = self._crossing[i]
         if target is not None:
             step = min(present + reach, max(present - reach, target))
             if i not in self._pushes:
-                problem.force_low_n[i] = problem.force_high_n[i] = 0.0
+                self._bound_meanwhile(i, step)
             problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
             if step == target:
                 self._crossing[i] = None
                 self._pushes.discard(i)
+                self._meanwhile_n[i] = (0.0, 0.0)
             return
         low, high = t.sectors.span(present)
         low, high = max(low, present - reach), min(high, present + reach)
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
-        if self._pushes and i not in self._pushes:
+        if (self._pushes or self._helped) and i not in self._pushes:
             self._keep_sign(i)
+
+    @property
+    def _helped(self) -> bool:
+        """Whether a thruster gives thrust while it turns to save power."""
+        return any(x != 0.0 or y != 0.0 for x, y in self._meanwhile_n)
+
+    def _bound_meanwhile(self, i: int, azimuth_rad: float) -> None:
+        """Bound the force of a thruster that turns: to what it may give meanwhile, and none against that."""
+        problem, (x, y) = self._problem, self._meanwhile_n[i]
+        most_n = math.copysign(math.hypot(x, y), x * math.cos(azimuth_rad) + y * math.sin(azimuth_rad))
+        low_n, high_n = problem.force_low_n[i], problem.force_high_n[i]
+        problem.force_low_n[i] = min(high_n, max(low_n, min(0.0, most_n)))
+        problem.force_high_n[i] = max(low_n, min(high_n, max(0.0, most_n)))
 
     def _keep_sign(self, i: int) -> None:
         """Let one thruster push only as it does now: beside one that turns with thrust it would turn round, too."""
         problem = self._problem
-        if self._forces[i] >= 0.0:
+        if self._pushed_n[i] >= 0.0:
             problem.force_low_n[i] = max(problem.force_low_n[i], min(0.0, problem.force_high_n[i]))
         else:
             problem.force_high_n[i] = min(problem.force_high_n[i], max(0.0, problem.force_low_n[i]))
@@ -327,10 +350,15 @@ class Allocator(_AllocatorBase):
             self._thrift.reset()
 
     def _consider_thrift(self, i: int, t: Thruster) -> None:
-        """Begin to turn a thruster without thrust to the azimuth of its share of the mean demand, where that pays."""
+        """Begin to turn a thruster to the azimuth of its share of the mean demand, where that pays; with no more thrust
+        than that share, and across a forbidden sector with none."""
         if self._crossing[i] is None and self._thrift.pays(i, self._thrifty) and not self._others_cross(i):
             x, y = self._thrift.shares[i]
-            self._crossing[i], _ = self._aim(i, t, math.atan2(y, x))
+            target_rad, _ = self._aim(i, t, math.atan2(y, x))
+            self._crossing[i] = target_rad
+            low_rad, high_rad = t.sectors.span(self._azimuths[i])
+            if low_rad <= target_rad <= high_rad:
+                self._meanwhile_n[i] = (x, y)
             self._thrift.turned_round(i)
 
     def _consider_strong_side(self, i: int, t: Thruster) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from companion.allocation.geometry import Thruster
 
-_MEAN_S = 5.0
+_MEAN_S, _LONG_S = 5.0, 20.0
 _WORTH = 1.15  # force ahead over force astern
 _HARD_SHARE = 0.4  # of full force astern, in the mean
 _LULL_SHARE = 1.05  # of the mean force: up to it the thruster turns
@@ -20,24 +20,30 @@ _OFF_RAD = math.radians(20.0)  # from the opposite azimuth: further off, nothing
 
 
 class StrongSide:
-    """`see` every cycle. Remembers each thruster's mean force."""
+    """`see` every cycle. Remembers each thruster's mean force, over a short time and over a long one: a way back to the
+    point, which asks for much, is over before a turn would pay."""
 
     def __init__(self, thrusters: Sequence[Thruster]) -> None:
         self._stronger = [t.max_n > _WORTH * -t.min_n if t.turns and t.reversible else False for t in thrusters]
         self._mean_n = [0.0] * len(self._stronger)
+        self._long_n = [0.0] * len(self._stronger)
 
     def see(self, forces_n: Sequence[float], dt_s: float) -> None:
         """The forces of the last cycle."""
-        part = dt_s / (dt_s + _MEAN_S) if dt_s > 0.0 else 0.0
-        self._mean_n = [mean + part * (force - mean) for mean, force in zip(self._mean_n, forces_n, strict=True)]
+        if dt_s <= 0.0:
+            return
+        short, long = dt_s / (dt_s + _MEAN_S), dt_s / (dt_s + _LONG_S)
+        self._mean_n = [mean + short * (force - mean) for mean, force in zip(self._mean_n, forces_n, strict=True)]
+        self._long_n = [mean + long * (force - mean) for mean, force in zip(self._long_n, forces_n, strict=True)]
 
     def way_round_rad(self, i: int, t: Thruster, force_n: float, azimuth_rad: float) -> float | None:
         """The azimuth at which thruster `i` pushes ahead in the direction of its force; None where it should not turn
         now. It waits until no more is asked than usual, unless it has nothing left."""
         mean_n = self._mean_n[i]
-        if not self._stronger[i] or mean_n > _HARD_SHARE * t.min_n:
+        if not self._stronger[i]:
             return None
-        if force_n < _LULL_SHARE * mean_n and mean_n > _AT_END_SHARE * t.min_n:
+        has_left = mean_n > _AT_END_SHARE * t.min_n
+        if has_left and (self._long_n[i] > _HARD_SHARE * t.min_n or force_n < _LULL_SHARE * mean_n):
             return None
         low_rad, high_rad = t.sectors.span(azimuth_rad)
         opposite = (
@@ -52,4 +58,4 @@ class StrongSide:
 
     def turned(self, i: int) -> None:
         """Thruster `i` begins to turn round."""
-        self._mean_n[i] = 0.0
+        self._mean_n[i] = self._long_n[i] = 0.0

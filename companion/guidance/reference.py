@@ -31,7 +31,7 @@ Sample = tuple[float, float, float, float, float, float, float, float, float]
 class Limits:
     """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed."""
 
-    __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "sway", "yaw")
+    __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "damping_1ps", "sway", "yaw")
 
     def __init__(self, parameters: Parameters, speed_mps: float | None) -> None:
         cap = math.inf if speed_mps is None else max(speed_mps, 0.01)
@@ -42,6 +42,13 @@ class Limits:
         self.acc_surge = parameters["DP_ACC_SURGE"]
         self.acc_sway = parameters["DP_ACC_SWAY"]
         self.acc_yaw = math.radians(parameters["DP_ACC_YAW"])
+        self.damping_1ps = 2.0 * parameters["DP_BW_YAW"]
+
+    def braking_radps2(self, yaw_rate_radps: float) -> float:
+        """Largest yaw acceleration at that rate. A boat may turn much faster than the reference ever does, out of a
+        bend or adrift in wind and current: that is braked as the yaw loop brakes it, or the boat would be led half a
+        turn on."""
+        return max(self.acc_yaw, self.damping_1ps * (abs(yaw_rate_radps) - self.yaw))
 
     def along(self, north: float, east: float, yaw: float, headings_rad: tuple[float, ...]) -> tuple[float, float]:
         """The largest (rate in 1/s, acceleration in 1/s²) of a motion along (north, east, yaw) that keeps the limits at
@@ -92,7 +99,7 @@ class _Core:
         wanted = self._wanted_rate(dn, de, dy, limits, dt_s)
         an, ae, ay = (dn * wanted - vn) / dt_s, (de * wanted - ve) / dt_s, (dy * wanted - vy) / dt_s
         ax, ax_side = ned_to_body(an, ae, y)
-        excess = max(abs(ax) / limits.acc_surge, abs(ax_side) / limits.acc_sway, abs(ay) / limits.acc_yaw)
+        excess = max(abs(ax) / limits.acc_surge, abs(ax_side) / limits.acc_sway, abs(ay) / limits.braking_radps2(vy))
         if excess > 1.0:
             an, ae, ay = an / excess, ae / excess, ay / excess
         half = 0.5 * dt_s * dt_s

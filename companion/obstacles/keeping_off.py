@@ -1,7 +1,8 @@
-"""Keeping off what comes nearer while the boat makes no way: ahead or astern, since it cannot turn in time.
+"""Keeping off what comes nearer while the boat makes no way.
 
-What moves may come to a boat at rest; onto what lies, wind and current set a boat that stops or turns on the spot.
-The boat's motion is predicted for each choice of speed, and the slowest one that keeps clear is taken.
+What moves may come to a boat at rest: any heading may lead out of its way, ahead or astern. Onto what lies, wind and
+current set a boat that stops or turns on the spot: then it goes ahead or astern, since it cannot turn in time.
+The boat's motion is predicted for each choice, and the slowest one that keeps clear is taken.
 """
 
 from __future__ import annotations
@@ -13,28 +14,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.config.vessel import VesselConfig
-from companion.core.angles import wrap_pi
 from companion.core.decision import TextKind
 from companion.core.estimate import Contact, NavState
 from companion.core.events import EventLog
-from companion.core.frames import ned_to_body
 from companion.core.setpoint import PathSetpoint, Setpoint
 from companion.fence.guard import FenceGuard
 from companion.obstacles.braking import Braking, stream_along_mps
-from companion.obstacles.clear_way import STOP_SHARE, clear_way_m
+from companion.obstacles.clear_way import STOP_SHARE
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import Water
+from companion.obstacles.ways_out import TIMES_S, Choices, WaysOut
 from companion.params.store import Parameters
 
 _SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
 _STOPPED_MPS = 0.1
-_SOON_S, _LYING_SOON_S, _STEP_S = 20.0, 6.0, 0.5  # how far it looks for what moves, and for what lies
+_LYING_SOON_S = 6.0  # how far it looks for what lies; for what moves, as far as its motion is predicted
+_ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
 _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lies that is too little
+_LASTS_M = 0.5  # more than enough, with which it goes on as asked
 _CLOSING_M = 0.1
 _OUT_M = 10.0  # how far it goes at most
-_SWAY_S = 2.5  # in which sideways motion through the water decays
-_BETTER_M, _SAME_SIDE_M = 0.1, 1.0
+_DIRECTION_RAD = math.radians(5.0)
+_BETTER_M, _SAME_M, _SAME_RAD = 0.1, 1.0, math.radians(45.0)
+_COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn by a radian, in metres of water
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +50,8 @@ class _Around:
 
 
 class KeepingOff:
-    """`update(setpoint, movers, water, nav, cruise_mps, now_s)` → speed along the heading, or None where the setpoint
-    keeps clear by itself. Remembers on which side it goes out of the way."""
+    """`update(setpoint, movers, water, nav, cruise_mps, now_s)` → heading and speed, or None where the setpoint keeps
+    clear by itself. Remembers which way it goes out of the way."""
 
     def __init__(
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, braking: Braking, events: EventLog
@@ -58,7 +61,8 @@ class KeepingOff:
         self._fence = fence
         self._braking = braking
         self._events = events
-        self._speed_mps = 0.0  # with which the boat goes out of the way
+        self._ways = WaysOut(config, parameters)
+        self._taken: tuple[float, float] | None = None  # heading and speed
 
     def update(
         self,
@@ -73,32 +77,37 @@ class KeepingOff:
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
         around = _Around(movers, self._near(water, nav), water)
+        before, self._taken = self._taken, None
         if not slow or not (len(around.movers) or len(around.lying)):
-            self._speed_mps = 0.0
             return None
-        before, room = self._speed_mps, self._room_m(around, nav, asked, math.inf, self.lasts)
-        if room >= 0.0:
-            self._speed_mps = 0.0
+        otherwise = Choices(np.array([asked.yaw_rad]), np.array([asked.surge_mps]), np.array([math.inf]))
+        north, east = self._ways.places(otherwise, nav)
+        room_m = min(
+            float(self._rooms_of_movers_m(movers, north, east).min()),
+            float(self._room_of_lying_m(around.lying, north, east, before is not None)[0]),
+        )
+        if room_m >= (0.0 if before is None else _LASTS_M):
             return None
-        self._speed_mps = self._chosen(around, nav, cruise_mps, room)
-        if self._speed_mps == 0.0:
+        self._taken = self._chosen(around, nav, (north, east), cruise_mps, before)
+        if self._taken is None:
             return None
-        if before == 0.0:
+        if before is None:
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_comes", "Obstacle comes near: out of its way")
-        return PathSetpoint(nav.yaw_rad, surge_mps=self._speed_mps)
+        return PathSetpoint(self._taken[0], surge_mps=self._taken[1])
 
     def comes(self, movers: Sequence[Contact], nav: NavState) -> bool:
         """Whether something that moves comes too near to a boat that stays where it is."""
-        return self._room_of_movers_m(movers, nav.north_m, nav.east_m, np.arange(0.0, _SOON_S, _STEP_S)) < 0.0
+        north, east = np.array([[nav.north_m]]), np.array([[nav.east_m]])
+        return bool(self._rooms_of_movers_m(movers, north, east).min() < 0.0)
 
     def reset(self) -> None:
         """The boat does not keep off anything."""
-        self._speed_mps = 0.0
+        self._taken = None
 
     @property
     def lasts(self) -> bool:
         """Whether the boat goes out of the way now."""
-        return self._speed_mps != 0.0
+        return self._taken is not None
 
     @property
     def _stop_m(self) -> float:
@@ -106,7 +115,8 @@ class KeepingOff:
         return STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
 
     def _near(self, water: Water, nav: NavState) -> Floats:
-        """What the boat may be set onto soon; of a chart's obstacles, the nearest place."""
+        """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a
+        chart's obstacles, the nearest place."""
         here, lying = (nav.north_m, nav.east_m), water.circles
         if water.chart is not None:
             shore = water.chart.bare.margin(*here)
@@ -114,83 +124,109 @@ class KeepingOff:
             lying = np.vstack((lying, (*place, 0.0))) if math.isfinite(shore.distance_m) else lying
         if not len(lying):
             return lying
-        gaps = np.hypot(lying[:, 0] - here[0], lying[:, 1] - here[1]) - lying[:, 2] - self._half_m
-        reach = self._stop_m + _LYING_SOON_S * max(_SLOW_MPS, math.hypot(nav.north_mps, nav.east_mps))
-        near: Floats = lying[gaps < reach]
+        north, east = lying[:, 0] - here[0], lying[:, 1] - here[1]
+        gaps = np.hypot(north, east) - lying[:, 2] - self._half_m
+        nearest = np.argsort(gaps)[: int((gaps < self._stop_m + _OUT_M).sum())]
+        directions = np.floor(np.arctan2(east[nearest], north[nearest]) / _DIRECTION_RAD)
+        near: Floats = lying[nearest[np.unique(directions, return_index=True)[1]]]
         return near
 
-    def _chosen(self, around: _Around, nav: NavState, cruise_mps: float, room: float) -> float:
-        """The slowest speed that keeps clear, else the best; 0 where none is better than to do nothing."""
-        bow, best, chosen = (math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)), room, 0.0
-        here = nav.north_m, nav.east_m
-        open_m: dict[float, float] = {}
-        for sign in (1.0, -1.0):
-            way = sign * bow[0], sign * bow[1]
-            out_m = min(_OUT_M, clear_way_m(here, way, around.lying, self._half_m + self._stop_m))
-            out_m = out_m if around.water.chart is None else min(out_m, around.water.chart.stop_m(here, way))
-            end = here[0] + out_m * way[0], here[1] + out_m * way[1]
-            open_m[sign] = out_m if self._fence.line_refusal((here, end)) is None else 0.0
-        for share in (0.5, 1.0):
-            for sign, out_m in open_m.items():
-                stream = stream_along_mps(nav, sign * bow[0], sign * bow[1])
-                most = self._braking.speed_mps(out_m, stream)
-                speed = sign * min(max(share * cruise_mps, min(_SLOW_MPS, cruise_mps)), most)
-                found = self._room_m(around, nav, PathSetpoint(nav.yaw_rad, surge_mps=speed), out_m, True)
-                found += _SAME_SIDE_M if speed * self._speed_mps > 0.0 else 0.0
-                if found > best + _BETTER_M and abs(speed) > _STOPPED_MPS:
-                    best, chosen = found, speed
-            if best >= 0.0:
-                break
-        return chosen
+    # --- choosing ---------------------------------------------------------------------------------------------------
 
-    def _room_m(self, around: _Around, nav: NavState, asked: PathSetpoint, out_m: float, wide: bool) -> float:
-        """By how much the water to everything exceeds what is too little, if the boat sails as asked, at most `out_m`;
-        below 0 it does not. `wide`: judge what lies by all of the distance at which the boat stops."""
-        times = np.arange(0.0, _SOON_S, _STEP_S)
-        north, east = self._places(nav, asked, out_m, times)
-        room = self._room_of_movers_m(around.movers, north, east, times)
-        if len(around.lying):
-            soon = times <= _LYING_SOON_S
-            lying = around.lying
-            gaps = np.hypot(lying[:, :1] - north[soon], lying[:, 1:2] - east[soon]) - lying[:, 2:] - self._half_m
-            closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
-            if closing.any():
-                least_m = float(gaps[closing].min())
-                room = min(room, least_m - (1.0 if wide else _LYING_SHARE) * self._stop_m)
+    def _chosen(
+        self,
+        around: _Around,
+        nav: NavState,
+        otherwise: tuple[Floats, Floats],
+        cruise_mps: float,
+        before: tuple[float, float] | None,
+    ) -> tuple[float, float] | None:
+        """Heading and speed of the slowest choice that keeps clear, else of the best; None where none is better than to
+        do nothing. `otherwise`: where the boat is then. `before`: what was chosen last."""
+        least_m = float(self._water_m(around, *otherwise)[0])
+        comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
+        choices = self._choices(around, nav, cruise_mps, comes)
+        water_m = self._water_m(around, *self._ways.places(choices, nav))
+        turn = np.abs(np.remainder(choices.yaw_rad - nav.yaw_rad + math.pi, math.tau) - math.pi)
+        value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
+        if before is not None:
+            off = np.abs(np.remainder(choices.yaw_rad - before[0] + math.pi, math.tau) - math.pi)
+            value[(off < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
+        for one in np.argsort(-value):
+            if water_m[one] > least_m + _BETTER_M and self._allowed(around, choices, int(one), nav):
+                return float(choices.yaw_rad[one]), float(choices.surge_mps[one])
+        return None
+
+    def _choices(self, around: _Around, nav: NavState, cruise_mps: float, turns: bool) -> Choices:
+        """What the boat can do, each as far and as fast as what lies leaves way for it."""
+        speeds = [max(share * cruise_mps, min(_SLOW_MPS, cruise_mps)) for share in (0.5, 1.0)]
+        choices = self._ways.choices(nav.yaw_rad, speeds, _OUT_M, turns)
+        out_m = self._open_m(around.lying, *self._ways.places(choices, nav))
+        surge = [
+            math.copysign(min(abs(speed), self._most_mps(nav, yaw, speed, way)), speed)
+            for yaw, speed, way in zip(
+                choices.yaw_rad.tolist(), choices.surge_mps.tolist(), out_m.tolist(), strict=True
+            )
+        ]
+        return Choices(choices.yaw_rad, np.asarray(surge), out_m).only(np.abs(surge) > _STOPPED_MPS)
+
+    def _most_mps(self, nav: NavState, yaw_rad: float, surge_mps: float, out_m: float) -> float:
+        sign = math.copysign(1.0, surge_mps)
+        stream_mps = stream_along_mps(nav, sign * math.cos(yaw_rad), sign * math.sin(yaw_rad))
+        return self._braking.speed_mps(out_m, stream_mps)
+
+    def _open_m(self, lying: Floats, north: Floats, east: Floats) -> Floats:
+        """Way along each choice, at most `_OUT_M`, until the boat is too near to what lies; shape (n,)."""
+        ways = np.cumsum(np.hypot(np.diff(north), np.diff(east)), axis=1)
+        ways = np.minimum(_OUT_M, np.concatenate((np.zeros((len(ways), 1)), ways), axis=1))
+        if not len(lying):
+            open_m: Floats = ways[:, -1]
+            return open_m
+        gaps = self._gaps_m(lying, north, east)
+        meets = ((gaps < self._stop_m) & (gaps < gaps[:, :1] - _CLOSING_M)).any(axis=2)
+        least: Floats = np.where(meets, ways, _OUT_M).min(axis=1)
+        return least
+
+    def _allowed(self, around: _Around, choices: Choices, one: int, nav: NavState) -> bool:
+        """Whether a choice stays within the fence, and clear of a chart's obstacles, until the boat stops."""
+        north, east = self._ways.places(choices.only(np.array([one])), nav)
+        line = [(nav.north_m, nav.east_m), *zip(north[0, 1::4].tolist(), east[0, 1::4].tolist(), strict=True)]
+        chart = around.water.chart
+        return self._fence.line_refusal(line) is None and (chart is None or chart.line_refusal(line) is None)
+
+    # --- judging ----------------------------------------------------------------------------------------------------
+
+    def _water_m(self, around: _Around, north: Floats, east: Floats) -> Floats:
+        """By how much the water to everything falls short of enough, at most 0, shape (n,). Nearness that lasts counts
+        beside the least water: what is too near already is to be left behind soon."""
+        movers = np.minimum(0.0, self._rooms_of_movers_m(around.movers, north, east)[:, TIMES_S >= _ACTS_S])
+        lying = self._room_of_lying_m(around.lying, north, east, True)
+        found: Floats = np.minimum(np.minimum(0.0, lying), movers.min(axis=1) + movers.mean(axis=1))
+        return found
+
+    def _gaps_m(self, lying: Floats, north: Floats, east: Floats) -> Floats:
+        """Water between hull and what lies, shape (n, k, m)."""
+        off_n, off_e = north[:, :, None] - lying[:, 0], east[:, :, None] - lying[:, 1]
+        gaps: Floats = np.sqrt(off_n * off_n + off_e * off_e) - lying[:, 2] - self._half_m
+        return gaps
+
+    def _room_of_lying_m(self, lying: Floats, north: Floats, east: Floats, wide: bool) -> Floats:
+        """By how much the water to what lies, and comes nearer, exceeds what is too little, shape (n,). `wide`: by all
+        of the distance at which the boat stops."""
+        if not len(lying):
+            return np.full(len(north), math.inf)
+        soon = TIMES_S <= _LYING_SOON_S
+        gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
+        closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
+        least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
+        room: Floats = least - (1.0 if wide else _LYING_SHARE) * self._stop_m
         return room
 
-    def _room_of_movers_m(
-        self, movers: Sequence[Contact], north_m: Floats | float, east_m: Floats | float, times: Floats
-    ) -> float:
-        """The same to what moves alone, of a boat that is at these places, or at one place, at these times."""
-        room = math.inf
+    def _rooms_of_movers_m(self, movers: Sequence[Contact], north: Floats, east: Floats) -> Floats:
+        """By how much the water to what moves exceeds what is too little at each of `TIMES_S`, shape (n, k). Of a boat
+        that stays at one place, (n, 1) will do."""
+        room = np.full((len(north), len(TIMES_S)), math.inf)
         for one in movers:
-            gaps = np.hypot(one.north_m + times * one.north_mps - north_m, one.east_m + times * one.east_mps - east_m)
-            room = min(room, float(gaps.min()) - one.radius_m - self._half_m - _MOVER_M)
+            gaps = np.hypot(one.north_m + TIMES_S * one.north_mps - north, one.east_m + TIMES_S * one.east_mps - east)
+            room = np.minimum(room, gaps - one.radius_m - self._half_m - _MOVER_M)
         return room
-
-    def _places(self, nav: NavState, asked: PathSetpoint, out_m: float, times: Floats) -> tuple[Floats, Floats]:
-        """Where the boat will be, north and east: its speed goes to the one asked for, its heading too, sideways it
-        goes on with the current."""
-        lag = 1.0 / self._parameters["PATH_BW_SURGE"]
-        speed = asked.surge_mps + (nav.surge_mps - asked.surge_mps) * np.exp(-times / lag)
-        way = np.clip(np.concatenate(([0.0], np.cumsum(0.5 * _STEP_S * (speed[1:] + speed[:-1])))), -out_m, out_m)
-        turn, rate = wrap_pi(asked.yaw_rad - nav.yaw_rad), math.radians(self._parameters["PATH_YAW_RATE"])
-        yaw = nav.yaw_rad + math.copysign(1.0, turn) * np.minimum(abs(turn), rate * times)
-        steps = np.diff(way)
-        ahead_n = np.concatenate(([0.0], np.cumsum(steps * np.cos(yaw[1:]))))
-        ahead_e = np.concatenate(([0.0], np.cumsum(steps * np.sin(yaw[1:]))))
-        side_m = self._side_m(nav, times)
-        return (
-            nav.north_m + ahead_n - side_m * math.sin(nav.yaw_rad),
-            nav.east_m + ahead_e + side_m * math.cos(nav.yaw_rad),
-        )
-
-    @staticmethod
-    def _side_m(nav: NavState, times: Floats) -> Floats:
-        """Way to starboard. Without a known current, all of the present motion goes on."""
-        if nav.current_north_mps is None or nav.current_east_mps is None:
-            return nav.sway_mps * times
-        _, stream = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-        decayed: Floats = _SWAY_S * (1.0 - np.exp(-times / _SWAY_S))
-        return stream * times + (nav.sway_mps - stream) * decayed

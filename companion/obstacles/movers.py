@@ -25,6 +25,7 @@ _SIGMAS = 4.0
 _CORRELATED = 2.0  # by which the error of a slope is larger than for independent errors
 _MOVED_M, _MOVED_WIDTHS = 0.8, 1.2  # least way within the window, and in widths of a sector there
 _STAYED_S = 3.0  # what moves has left a place so long after the time that it takes to pass it
+_GROWN, _GROWN_M = 1.3, 0.4  # of its radius: so much wider from one scan to the next, it is seen as one with another
 _REST_S = 3.0
 _FORGET_S, _FORGET_MOVING_S = 2.0, 4.0
 _SURE_SHARE = 0.9  # of the sensor's reach: beyond, a thing may go on unseen
@@ -181,18 +182,22 @@ def _adjoins(end: Floats, other: Floats, place: tuple[float, float], width_m: fl
 def _follow(track: _Track, group: _Group, t_s: float) -> None:
     """Add the newest place, and judge whether it moves."""
     track.t_s = t_s
-    if not group.whole:
+    if not group.whole or _goes_on_unseen(track, group, t_s):
         return
     track.radius_m += 0.2 * (group.radius_m - track.radius_m)
     track.places.append((t_s, *group.place))
     while t_s - track.places[0][0] > _WINDOW_S:
         track.places.popleft()
-    if len(track.places) < _LEAST_LOOKS or t_s - track.places[0][0] < _LEAST_S:
-        return
+    if len(track.places) >= _LEAST_LOOKS and t_s - track.places[0][0] >= _LEAST_S:
+        _judge(track, group, t_s)
+
+
+def _judge(track: _Track, group: _Group, t_s: float) -> None:
+    """Whether it moves, by its places."""
     north_mps, east_mps, error_mps = _slope(track.places)
     speed = math.hypot(north_mps, east_mps)
     way_m = speed * (t_s - track.places[0][0])
-    passes = group.age_s < 2.0 * track.radius_m / max(speed, 1e-3) + _STAYED_S
+    passes = _passes(group, track, speed)
     clearly = way_m > _MOVED_M + _MOVED_WIDTHS * group.width_m
     if speed > max(_MOVES_MPS, _SIGMAS * error_mps) and clearly and passes:
         track.moving, track.rested_s = True, t_s
@@ -201,6 +206,26 @@ def _follow(track: _Track, group: _Group, t_s: float) -> None:
     elif t_s - track.rested_s > _REST_S or not passes:
         track.moving = False
     track.north_mps, track.east_mps = north_mps, east_mps
+
+
+def _passes(group: _Group, track: _Track, speed_mps: float) -> bool:
+    """Whether nothing has been at the place of a group for longer than what moves takes to pass it."""
+    return group.age_s < 2.0 * track.radius_m / max(speed_mps, 1e-3) + _STAYED_S
+
+
+def _goes_on_unseen(track: _Track, group: _Group, t_s: float) -> bool:
+    """Whether what moves is seen as one with something else that it passes. For a while it is then taken to go on; else
+    it would count as lying from the moment when it comes near to that. After that it has stopped there."""
+    if not track.moving:
+        return False
+    grown = group.radius_m > _GROWN * track.radius_m + _GROWN_M
+    if not grown and _passes(group, track, math.hypot(track.north_mps, track.east_mps)):
+        return False
+    if t_s - track.places[-1][0] <= _FORGET_MOVING_S:
+        return True
+    track.moving, track.radius_m = False, group.radius_m
+    track.places.clear()
+    return False
 
 
 def _slope(places: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:

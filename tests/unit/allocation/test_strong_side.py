@@ -88,3 +88,14 @@ def test_after_the_turn_it_has_to_push_astern_anew() -> None:
     strong.turned(0)
     assert strong.way_round_rad(0, thrusters[0], -90.0, -1.5) is None
     assert strong.way_round_rad(1, thrusters[1], -90.0, -1.5) is not None
+
+
+def test_a_way_back_to_the_point_is_no_reason_to_turn() -> None:
+    """It lasts some 10 s. In the middle of it the turn took sideways thrust for 4 s, and ÅBOAT was 0.9 m off."""
+    thrusters = thrusters_of(ABOAT)
+    strong, turns = StrongSide(thrusters), []
+    for k in range(300):
+        force_n = -90.0 if 100 <= k < 220 else -30.0
+        strong.see([force_n, force_n], DT_S)
+        turns.append(strong.way_round_rad(1, thrusters[1], force_n, -1.5))
+    assert turns == [None] * 300

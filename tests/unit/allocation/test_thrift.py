@@ -71,3 +71,16 @@ def test_a_thruster_rests_between_two_turns() -> None:
     assert not thrift.pays(1, True)
     thrift.reset()
     assert not thrift.pays(1, True)
+
+
+def test_a_pod_that_turns_round_leaves_the_boat_most_of_the_wrench() -> None:
+    """It turned without thrust, and the other one kept the yaw moment by pushing the wrong way: the boat was driven off
+    by half a metre."""
+    allocator = Allocator(ABOAT, Parameters({**ABOAT.parameters, "ALLOC_ECON": 1.0}))
+    for _ in range(round(60.0 / DT_S)):
+        allocator.update(Wrench(14.2, -13.2, -3.3), DT_S)
+    demand, missing_ns = Wrench(17.8, 7.2, -1.5), 0.0
+    for _ in range(round(60.0 / DT_S)):
+        achieved = allocator.update(demand, DT_S).achieved
+        missing_ns += DT_S * math.hypot(demand.surge_n - achieved.surge_n, demand.sway_n - achieved.sway_n)
+    assert missing_ns < 26.0

@@ -150,3 +150,11 @@ def test_target_and_arrived(generator: ReferenceGenerator) -> None:
     assert generator.arrived
     generator.retarget(1.0, 3.5, -3.0)
     assert not generator.arrived
+
+
+def test_a_boat_that_spins_is_not_led_half_a_turn_on(generator: ReferenceGenerator) -> None:
+    """Adrift it turned at 11°/s, and the reference, which brakes gently, took it 60° further before it came back."""
+    generator.start(0.0, 0.0, 0.4, yaw_rate_radps=math.radians(11.0))
+    generator.retarget(0.0, 0.0, 0.0)
+    points = run(generator)
+    assert max(pose(point)[2] for point in points) < 0.4 + math.radians(30.0)

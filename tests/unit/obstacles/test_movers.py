@@ -16,8 +16,8 @@ from sitl.obstacles import Obstacles, RoundObstacle, Wall
 STEP_RAD = math.radians(5.0)
 
 
-def watched(world: Obstacles, duration_s: float, speed_mps: float = 0.0) -> list[Contact]:
-    """What counts as moving at the end, for a boat that goes north."""
+def watched(world: Obstacles, duration_s: float, speed_mps: float = 0.0, stops_s: float = math.inf) -> list[Contact]:
+    """What counts as moving at the end, for a boat that goes north. `stops_s`: from then on all things lie."""
     around, movers = Occupancy(), Movers()
     rays = (np.arange(72)[:, None] + (np.arange(5)[None, :] + 0.5) / 5.0 - 0.5) * STEP_RAD
     noise = np.random.default_rng(7)
@@ -25,7 +25,7 @@ def watched(world: Obstacles, duration_s: float, speed_mps: float = 0.0) -> list
     for k in range(round(5.0 * duration_s)):
         t_s = 0.2 * k
         place = (speed_mps * t_s, 0.0)
-        distances = world.distances_m(place, rays, t_s).min(axis=1) + noise.normal(0.0, 0.05, 72)
+        distances = world.distances_m(place, rays, min(t_s, stops_s)).min(axis=1) + noise.normal(0.0, 0.05, 72)
         seen = tuple(np.where(distances <= 40.0, distances, math.inf).tolist())
         scan = Ranges(t_s, "lidar", 0.0, STEP_RAD, 0.5, 40.0, False, 0.0, 0.0, seen)
         hits = around.hits(scan, place, 0.0)
@@ -53,3 +53,19 @@ def test_a_quay_does_not_move_when_the_boat_passes_it() -> None:
     world = Obstacles()
     world.walls += [Wall((-50.0, 8.0), (10.0, 8.0)), Wall((22.0, 8.0), (90.0, 8.0))]
     assert watched(world, 16.0, speed_mps=1.0) == []
+
+
+@pytest.mark.parametrize("duration_s", [6.0, 8.0, 9.0, 12.0, 14.0])
+def test_what_passes_a_thing_that_lies_goes_on(duration_s: float) -> None:
+    """Seen as one with it, it counted as lying, and was noticed again too late."""
+    world = Obstacles()
+    world.round += [RoundObstacle(8.0, -6.0, 1.9), RoundObstacle(4.6, -12.0, 1.0, 0.0, 0.6)]
+    where = world.round[1].at(duration_s)
+    assert min(math.dist((one.north_m, one.east_m), where) for one in watched(world, duration_s)) < 1.0
+
+
+def test_what_comes_to_lie_beside_another_thing_lies() -> None:
+    world = Obstacles()
+    world.round += [RoundObstacle(8.0, -6.0, 1.9), RoundObstacle(4.6, -12.0, 1.0, 0.0, 0.6)]
+    assert watched(world, 8.0, stops_s=8.0)
+    assert watched(world, 22.0, stops_s=8.0) == []

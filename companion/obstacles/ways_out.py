@@ -1,0 +1,107 @@
+"""Where a boat will be that turns to a heading and takes a speed: the choices it has to get out of the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.allocation.propulsion import can_reverse, turns_on_the_spot
+from companion.config.vessel import VesselConfig
+from companion.core.estimate import NavState
+from companion.core.frames import ned_to_body
+from companion.obstacles.occupancy import Floats
+from companion.params.store import Parameters
+
+STEP_S = 0.5
+TIMES_S: Floats = np.arange(0.0, 20.0, STEP_S)
+"""How far the boat's motion is predicted."""
+_SWAY_S = 2.5  # in which sideways motion through the water decays
+_TURN_S, _TURN_SHARE = 0.5, 0.75  # before a turn has begun, and of PATH_YAW_RATE in it
+_LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
+_HEADINGS_RAD = tuple(i * math.tau / 12.0 for i in range(12))
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """Headings and speeds over ground, and the way after which the boat stops; shape (n,) each."""
+
+    yaw_rad: Floats
+    surge_mps: Floats
+    out_m: Floats
+
+    def only(self, these: NDArray[np.bool_] | NDArray[np.int_]) -> Choices:
+        """Some of them: indices, or True for each that is taken."""
+        return Choices(self.yaw_rad[these], self.surge_mps[these], self.out_m[these])
+
+
+class WaysOut:
+    """`choices(…)`: what the boat can do; `places(choices, nav)`: where it then is. Remembers nothing."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._signs = (1.0, -1.0) if can_reverse(config.thrusters) else (1.0,)
+        self._on_the_spot = turns_on_the_spot(config.thrusters)
+
+    def choices(self, yaw_rad: float, speeds_mps: Sequence[float], out_m: float, turns: bool) -> Choices:
+        """Ahead and astern at each of the speeds, on the heading `yaw_rad` and, where the boat `turns`, on twelve
+        others."""
+        headings = [yaw_rad, *_HEADINGS_RAD] if turns else [yaw_rad]
+        surge = [sign * speed for speed in speeds_mps for sign in self._signs]
+        count = len(headings) * len(surge)
+        return Choices(np.repeat(headings, len(surge)), np.tile(surge, len(headings)), np.full(count, out_m))
+
+    def places(self, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
+        """Where the boat will be, north and east at `TIMES_S`, shape (n, k): its speed goes to the one asked for, its
+        heading too, sideways it goes on with the current."""
+        times = TIMES_S[None, :]
+        asked, out = choices.surge_mps[:, None], choices.out_m[:, None]
+        lag_s = _LAG / self._parameters["PATH_BW_SURGE"]
+        speed = asked + (nav.surge_mps - asked) * np.exp(-times / lag_s)
+        way = np.clip(_summed(0.5 * STEP_S * (speed[:, 1:] + speed[:, :-1])), -out, out)
+        yaw = self._yaw_rad(choices, speed, nav)
+        steps = np.diff(way)
+        middle = 0.5 * (yaw[:, 1:] + yaw[:, :-1])
+        side_n, side_e = _drift(nav, yaw)
+        return (
+            nav.north_m + _summed(steps * np.cos(middle)) + side_n,
+            nav.east_m + _summed(steps * np.sin(middle)) + side_e,
+        )
+
+    def _yaw_rad(self, choices: Choices, speed: Floats, nav: NavState) -> Floats:
+        """Headings, shape (n, k). A rudder or a nozzle turns the boat by its way alone."""
+        fastest = _TURN_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
+        turn = np.remainder(choices.yaw_rad - nav.yaw_rad + math.pi, math.tau) - math.pi
+        if self._on_the_spot:
+            turned = np.broadcast_to(fastest * np.maximum(0.0, TIMES_S - _TURN_S), speed.shape)
+        else:
+            share = np.clip(speed / np.maximum(np.abs(choices.surge_mps[:, None]), 1e-3), 0.0, 1.0)
+            turned = fastest * _summed(STEP_S * share[:, 1:])
+        yaw: Floats = nav.yaw_rad + np.sign(turn)[:, None] * np.minimum(np.abs(turn)[:, None], turned)
+        return yaw
+
+
+def _summed(steps: Floats) -> Floats:
+    """From 0 on, shape (n, k) of (n, k − 1) steps."""
+    return np.concatenate((np.zeros((len(steps), 1)), np.cumsum(steps, axis=1)), axis=1)
+
+
+def _drift(nav: NavState, yaw: Floats) -> tuple[Floats, Floats]:
+    """Way that is not along the heading, north and east: across it the current takes the boat, and its own motion
+    through the water goes on for a while. Without a known current, all of the present motion goes on."""
+    if nav.current_north_mps is None or nav.current_east_mps is None:
+        rest_mps, stream_n, stream_e = nav.sway_mps, 0.0, 0.0
+        decayed = TIMES_S
+    else:
+        stream_n, stream_e = nav.current_north_mps, nav.current_east_mps
+        rest_mps = nav.sway_mps - ned_to_body(stream_n, stream_e, nav.yaw_rad)[1]
+        decayed = _SWAY_S * (1.0 - np.exp(-TIMES_S / _SWAY_S))
+    across = stream_e * np.cos(yaw) - stream_n * np.sin(yaw)
+    north, east = -across * np.sin(yaw), across * np.cos(yaw)
+    return (
+        _summed(0.5 * STEP_S * (north[:, 1:] + north[:, :-1])) - rest_mps * math.sin(nav.yaw_rad) * decayed,
+        _summed(0.5 * STEP_S * (east[:, 1:] + east[:, :-1])) + rest_mps * math.cos(nav.yaw_rad) * decayed,
+    )

@@ -1,0 +1,76 @@
+"""A boat without way gets out of the way of what comes, judged by where an Otter goes that obeys."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
+from companion.core.estimate import Contact, NavState
+from companion.core.events import EventLog
+from companion.core.setpoint import PathSetpoint
+from companion.obstacles.braking import Braking
+from companion.obstacles.keeping_off import KeepingOff
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+from tests.unit.obstacles.stubs import no_fence
+
+OTTER = load(find("otter"))
+DT_S = 0.2
+RADIUS_M, SPEED_MPS = 1.6, 0.5
+NEAR_M = 4.5  # between the middles, when what comes is noticed
+
+
+@dataclass
+class Otter:
+    """A boat that obeys: its speed with the speed loop's bandwidth, its heading at PATH_YAW_RATE."""
+
+    nav: NavState
+
+    def go(self, asked: PathSetpoint, parameters: Parameters) -> None:
+        turn = wrap_pi(asked.yaw_rad - self.nav.yaw_rad)
+        most = math.radians(parameters["PATH_YAW_RATE"]) * DT_S
+        yaw = wrap_pi(self.nav.yaw_rad + max(-most, min(most, turn)))
+        speed = self.nav.surge_mps + DT_S * parameters["PATH_BW_SURGE"] * (asked.surge_mps - self.nav.surge_mps)
+        north_mps, east_mps = speed * math.cos(yaw), speed * math.sin(yaw)
+        self.nav = replace(
+            self.nav,
+            yaw_rad=yaw,
+            surge_mps=speed,
+            north_mps=north_mps,
+            east_mps=east_mps,
+            north_m=self.nav.north_m + DT_S * north_mps,
+            east_m=self.nav.east_m + DT_S * east_mps,
+        )
+
+
+def least_water_m(from_rad: float, beside_m: float) -> float:
+    """Water between the circles of boat and mover, which comes from a direction and would pass at a distance."""
+    parameters = Parameters(OTTER.parameters)
+    keeping = KeepingOff(OTTER, parameters, no_fence(OTTER, parameters), Braking(OTTER, parameters), EventLog())
+    otter = Otter(AT_REST)
+    c, s = math.cos(from_rad), math.sin(from_rad)
+    place = NEAR_M * c - beside_m * s, NEAR_M * s + beside_m * c
+    least_m = math.inf
+    for k in range(round(25.0 / DT_S)):
+        north_m, east_m = place[0] - k * DT_S * SPEED_MPS * c, place[1] - k * DT_S * SPEED_MPS * s
+        mover = Contact(-1, "mover 1", north_m, east_m, -SPEED_MPS * c, -SPEED_MPS * s, RADIUS_M, None)
+        water: Any = SimpleNamespace(circles=np.zeros((0, 3)), chart=None)
+        asked = keeping.update(PathSetpoint(otter.nav.yaw_rad), [mover], water, otter.nav, 1.0, k * DT_S)
+        otter.go(asked or PathSetpoint(otter.nav.yaw_rad), parameters)
+        gap_m = math.dist((north_m, east_m), (otter.nav.north_m, otter.nav.east_m))
+        least_m = min(least_m, gap_m - RADIUS_M - 0.5 * OTTER.length_m)
+    return least_m
+
+
+@pytest.mark.parametrize("from_deg", range(0, 360, 30))
+def test_it_clears_what_comes_late_from_any_side(from_deg: int) -> None:
+    """There are 1.9 m of water when it is noticed. Ahead and astern alone, a boat went along the other's track, and kept
+    half of that."""
+    assert min(least_water_m(math.radians(from_deg), beside_m) for beside_m in (-1.0, 0.0, 1.0, 2.0)) > 1.5
