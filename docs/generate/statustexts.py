@@ -59,7 +59,7 @@ class Said:
 
 def statustexts() -> str:
     """The page."""
-    said = sorted(set(all_texts()), key=lambda one: (one.text.lower(), one.name, one.place))
+    said = sorted(set(all_texts()), key=lambda one: (one.text.lower(), one.name, one.place, one))
     passed_on = [one for one in said if not _has_words(one.text)]
     texts = [one for one in said if one not in passed_on]
     kinds = ((code(kind.name), kind.severity.name, str(int(kind.severity)), kind.meaning) for kind in TextKind)
