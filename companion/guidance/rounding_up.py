@@ -60,8 +60,8 @@ class RoundingUp:
         self._lasts = left_m <= 0.5 * (made_mps * turn_s + carried_m) + stops_m
 
     def heading_rad(self, water: tuple[float, float], course_rad: float, speed_mps: float) -> float:
-        """The heading in which the boat makes a course at `speed_mps` over ground: against the stream where that carries
-        it along the course, and bow first where the course leads across or against it, as back to a track."""
+        """The heading in which the boat makes a course at `speed_mps` over ground: against the stream that carries it
+        along the course, and bow first where the course leads across or against it, as back to a track."""
         c, s = math.cos(course_rad), math.sin(course_rad)
         along, across = water[0] * c + water[1] * s, water[1] * c - water[0] * s
         through = speed_mps - along
