@@ -32,9 +32,9 @@ class Weathervane:
     the bow turns, the mean of the sideways force without its sign, whether the boat is driven off, and what was
     announced."""
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, name: str = "Hold") -> None:
-        """`name`: the mode that holds, for the texts."""
-        self._name = name
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
+        """`mode`: the one that holds, for the texts."""
+        self._mode = mode
         self._surge_n, self._sway_n = config.limits.surge_n, config.limits.sway_n
         self._parameters = parameters
         self._events = events
@@ -65,7 +65,7 @@ class Weathervane:
         self._given, self._driven = True, False
         if self._announced and now_s is not None:
             self._events.say(
-                now_s, TextKind.ROUTINE, "weathervane", f"{self._name}: heading held, as the operator gave one"
+                now_s, TextKind.ROUTINE, "weathervane", f"{self._mode}: heading held, as the operator gave one"
             )
         self._announced = False
 
@@ -83,7 +83,7 @@ class Weathervane:
         if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._driven = True
             self.restart()
-            text = f"{self._name}: driven off sideways: bow turns to weather"
+            text = f"{self._mode}: driven off sideways: bow turns to weather"
             self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", text)
 
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:
@@ -108,7 +108,7 @@ class Weathervane:
         if not self._announced:
             self._announced = True
             self._events.say(
-                now_s, TextKind.ROUTINE, "weathervane", f"{self._name}: heading free, bow turns to the weather"
+                now_s, TextKind.ROUTINE, "weathervane", f"{self._mode}: heading free, bow turns to the weather"
             )
         return True
 
