@@ -357,6 +357,10 @@ class FollowLaw:
             closing = min(closing, _BEHIND_SHARE * speed / -back)
         return _Approach(feed[0] + closing * wn, feed[1] + closing * we, closing, way, side)
 
+    def let_go(self) -> None:
+        """Something else steers: the next heading asked for begins at the boat's."""
+        self._yaw = None
+
     # --- the setpoint ----------------------------------------------------------------------------------------------
 
     def setpoint(self, motion: FollowMotion, nav: NavState, dt_s: float) -> Setpoint:

@@ -13,7 +13,7 @@ from companion.core.estimate import NavState
 from companion.params.store import Parameters
 
 _LAG_S = 1.2  # of the heading loop
-_THROUGH_MPS = 0.15  # least speed against the stream: a slower one has no direction
+_THROUGH_MPS = 0.15  # least speed through the stream: a slower one has no direction
 _SLOWER_SHARE = 0.5  # of the stream: over ground, the boat lets itself be carried to the end so fast
 _TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
 _STEERAGE_SHARE = 0.3  # of WP_SPEED, kept through the water while it turns by a boat that needs it
@@ -60,10 +60,14 @@ class RoundingUp:
         self._lasts = left_m <= 0.5 * (made_mps * turn_s + carried_m) + stops_m
 
     def heading_rad(self, water: tuple[float, float], course_rad: float, speed_mps: float) -> float:
-        """The heading against the stream in which the boat is carried along a course at `speed_mps` over ground."""
+        """The heading in which the boat makes a course at `speed_mps` over ground: against the stream that carries it
+        along the course, and bow first where the course leads across or against it, as back to a track."""
         c, s = math.cos(course_rad), math.sin(course_rad)
         along, across = water[0] * c + water[1] * s, water[1] * c - water[0] * s
-        return wrap_pi(course_rad - math.atan2(across, min(-_THROUGH_MPS, speed_mps - along)))
+        through = speed_mps - along
+        if math.hypot(through, across) < _THROUGH_MPS:
+            through = -_THROUGH_MPS
+        return wrap_pi(course_rad - math.atan2(across, through))
 
     def least_mps(self, nav: NavState, water: tuple[float, float], heading_rad: float) -> float:
         """Least speed over ground along the hull: until the bow has come round, a boat that brakes lies in a flow from

@@ -191,6 +191,7 @@ class FollowMode(Mode):
 
     def _rest(self, motion: FollowMotion, leader: Leader, inputs: ModeInputs) -> Setpoint:
         """Hold the follow position, with the leader's heading."""
+        self.law.let_go()
         if self._held is None:
             self._hold_point.stop_here(inputs.nav)
         if self._held is None or math.dist(self._held, motion.target) > _MOVED_M:
@@ -234,6 +235,7 @@ class FollowMode(Mode):
         return nav.north_m + share * nav.north_mps, nav.east_m + share * nav.east_mps
 
     def _wait(self, nav: NavState, inputs: ModeInputs) -> Setpoint:
+        self.law.let_go()
         if not self._waiting and self._held is None:
             self._hold_point.stop_here(nav)
             self._held = (nav.north_m, nav.east_m)

@@ -22,6 +22,7 @@ from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 from companion.positioning.watch_circles import WatchCircles
+from companion.positioning.weathervane import Weathervane
 
 _MOST_SEARCHES = 3  # for one way: the boat may have moved until it is found
 
@@ -82,6 +83,7 @@ class RtlMode(Mode):
         self._searches = 0
         self._checks: Search[Homeward | str] = Search(charted.submit)
         self._watch = WatchCircles(parameters, events, "RTL")
+        self._weathervane = Weathervane(config, parameters, events, "RTL")
         self._headway = Headway("RTL", events)
 
     def check(self, inputs: ModeInputs) -> str | None:
@@ -154,6 +156,7 @@ class RtlMode(Mode):
         self._name = found.name
         self._arrived = False
         self._watch.reset()
+        self._weathervane.free()
         self._headway.reset()
         begin, here = found.way.points[0], (inputs.nav.north_m, inputs.nav.east_m)
         near = math.dist(begin, here) <= SAME_PLACE_M
@@ -227,7 +230,18 @@ class RtlMode(Mode):
         if not self._arrived and not self._hold_point.going:
             self._arrived = True
             self._events.say(inputs.now_s, TextKind.ROUTINE, "rtl_arrived", f"RTL: at {self._name}, holding")
-        if self._arrived:
-            north_m, east_m = self._hold_point.target
-            self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
+        if self._hold_point.arrived or self._weathervane.turning:
+            self._keep_place(inputs)
         return setpoint
+
+    def _keep_place(self, inputs: ModeInputs) -> None:
+        """At home, or as near as the weather lets the boat come: watch how far off it is, and turn its bow to weather
+        that drives it off sideways."""
+        north_m, east_m = self._hold_point.target
+        self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
+        stuck = (self._headway.stuck_s(inputs.now_s) or 0.0) > 0.0
+        self._weathervane.see(inputs, self._watch.alarmed or stuck)
+        if self._arrived or self._weathervane.driven_off:
+            heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
+            if heading_rad is not None:
+                self._hold_point.turn_to(heading_rad)

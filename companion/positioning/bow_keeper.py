@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
@@ -12,6 +13,7 @@ from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
+from companion.guidance.bend_speed import steady_turn_radps
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 from companion.positioning.stop import Stop
@@ -36,6 +38,8 @@ _LEAST_LINE_M = 1.0
 # stops pushing until one of both is that share of it.
 _ROUND_RADPS, _SIDEWAYS_MPS, _ROUND_S, _SETTLED_SHARE = 0.2, 0.3, 3.0, 0.5
 _AT_POINT_M = 0.5
+_MOMENT_SHARE = 0.7  # of the yaw moment, for a turn in the stream
+_LAG_S, _MORE_S = 1.5, 2.0  # of a turn; and for how much more of the drift there must be room before it begins
 _TURN_LENGTHS = 3.0  # boat's lengths that a rudder needs ahead to turn the boat round
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
@@ -63,9 +67,12 @@ class BowKeeper:
 
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest; near a
     fence, so far inside that its watch circle is. A boat that lies across the stream turns its bow into it meanwhile.
+    One whose bow points down the stream goes astern first, where the turn would carry it over a fence, and holds where
+    it has room.
 
-    Remembers the hold point, the heading to lie at, the drift, whether the boat is stopping or coming back, how long it
-    has gone round the point, and whether it lets itself be carried.
+    Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift, whether the boat is
+    stopping, coming back or going astern first, how long it has gone round the point, and whether it lets itself be
+    carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
@@ -76,12 +83,16 @@ class BowKeeper:
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
         self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
         self._needs_flow = any(t.kind == "rudder" for t in config.thrusters)
+        most_mps = stern_first_mps(config)
+        self._astern_mps = most_mps if math.isfinite(most_mps) else 0.0
+        self._hull, self._turning_nm = config.hull, _MOMENT_SHARE * config.limits.yaw_nm
         self._steers_alone = len(config.thrusters) == 1 and not self._needs_flow
         self._point = (0.0, 0.0)
+        self._own_point = False
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
-        self._returning = self._nearing = self._turning = self._coasting = False
+        self._returning = self._nearing = self._turning = self._coasting = self._astern = False
         self._round_s = 0.0
         self._arrived = False
         self._stop = Stop(_REST_MPS)
@@ -98,7 +109,7 @@ class BowKeeper:
 
     def start(self, nav: NavState) -> None:
         """Brake, and hold the point where the boat comes to rest."""
-        self._point = stopping_point(nav, self._parameters)
+        self._point, self._own_point = stopping_point(nav, self._parameters), True
         self._stop.begin(nav, self._point)
         if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
             self._point = self._held((nav.north_m, nav.east_m))
@@ -106,12 +117,12 @@ class BowKeeper:
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
-        self._returning = self._nearing = self._turning = self._coasting = self._arrived = False
+        self._returning = self._nearing = self._turning = self._coasting = self._astern = self._arrived = False
         self._round_s = 0.0
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
-        self._point = (north_m, east_m)
+        self._point, self._own_point = (north_m, east_m), False
         self._stop.end()
         self._arrived = False
 
@@ -128,6 +139,8 @@ class BowKeeper:
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
             return PathSetpoint(nav.yaw_rad if self._needs_flow else self._braking_rad(nav), 0.0, progress=progress)
+        if self._goes_astern_first(nav):
+            return self._astern_first(nav, progress)
         self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
         stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m, dt_s)
         if stands:
@@ -166,6 +179,27 @@ class BowKeeper:
         if self._fence is None or not self._needs_flow or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
             return False
         return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < _TURN_LENGTHS * self._shortest_m
+
+    def _goes_astern_first(self, nav: NavState) -> bool:
+        """Whether the boat, with its bow down the stream, goes astern for room to turn: in the turn it would be carried
+        over a fence."""
+        upstream, drift_mps = self._upstream_rad(), math.hypot(*self._drift)
+        off = 0.0 if upstream is None else abs(wrap_pi(upstream - nav.yaw_rad))
+        if self._fence is None or upstream is None or off < 0.5 * math.pi or drift_mps >= self._astern_mps:
+            self._astern = False
+            return False
+        turns_radps = steady_turn_radps(self._hull, drift_mps, self._turning_nm)  # while it is carried along
+        rate_radps = min(turns_radps, math.radians(self._parameters["PATH_YAW_RATE"]))
+        turn_s = off / rate_radps + _LAG_S + (_MORE_S if self._astern else 0.0)
+        self._astern = self._fence.room_m((nav.north_m, nav.east_m), upstream + math.pi) < drift_mps * turn_s
+        return self._astern
+
+    def _astern_first(self, nav: NavState, progress: Progress) -> PathSetpoint:
+        """Astern up the stream. A point that the boat itself chose comes along: there it has room."""
+        if self._own_point:
+            self._point = (nav.north_m, nav.east_m)
+        downstream = math.atan2(self._drift[1], self._drift[0])
+        return PathSetpoint(downstream, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
 
     def _braking_rad(self, nav: NavState) -> float:
         """The heading on which the boat brakes: as it came, or into a stream that comes from ahead of the beam."""

@@ -32,7 +32,9 @@ class Weathervane:
     the bow turns, the mean of the sideways force without its sign, whether the boat is driven off, and what was
     announced."""
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
+        """`mode`: the one that holds, for the texts."""
+        self._mode = mode
         self._surge_n, self._sway_n = config.limits.surge_n, config.limits.sway_n
         self._parameters = parameters
         self._events = events
@@ -62,7 +64,9 @@ class Weathervane:
         answer tells it."""
         self._given, self._driven = True, False
         if self._announced and now_s is not None:
-            self._events.say(now_s, TextKind.ROUTINE, "weathervane", "Hold: heading held, as the operator gave one")
+            self._events.say(
+                now_s, TextKind.ROUTINE, "weathervane", f"{self._mode}: heading held, as the operator gave one"
+            )
         self._announced = False
 
     def restart(self) -> None:
@@ -72,13 +76,14 @@ class Weathervane:
         self._turning = False
 
     def see(self, inputs: ModeInputs, alarmed: bool) -> None:
-        """Every tick while a point is held. `alarmed`: the boat is outside the alarm circle."""
+        """Every tick while a point is held. `alarmed`: the boat is outside the alarm circle, or does not come to the
+        point."""
         share = inputs.dt_s / (inputs.dt_s + _MEAN_S)
         self._sideways_n += share * (abs(inputs.achieved.sway_n) - self._sideways_n)
         if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._driven = True
             self.restart()
-            text = "Hold: driven off sideways: bow turns to weather"
+            text = f"{self._mode}: driven off sideways: bow turns to weather"
             self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", text)
 
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:
@@ -102,7 +107,9 @@ class Weathervane:
             return False
         if not self._announced:
             self._announced = True
-            self._events.say(now_s, TextKind.ROUTINE, "weathervane", "Hold: heading free, bow turns to the weather")
+            self._events.say(
+                now_s, TextKind.ROUTINE, "weathervane", f"{self._mode}: heading free, bow turns to the weather"
+            )
         return True
 
     def _take_mean(self, inputs: ModeInputs) -> None:

@@ -10,8 +10,9 @@ from dataclasses import replace
 import pytest
 
 from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
-from companion.core.setpoint import WrenchSetpoint
+from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
@@ -106,6 +107,16 @@ def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
         assert 0.7 * gap < chase.distance_m < 1.4 * gap and chase.boat.nav.surge_mps < 0.3
         assert abs(chase.turned_rad - turned) < 1.2 * math.pi
         assert isinstance(chase.setpoint, WrenchSetpoint) and chase.motion.resting
+
+
+def test_after_something_else_has_steered_the_heading_asked_for_begins_at_the_boats() -> None:
+    """It began at that of before the wait: a boat that had turned its bow into the stream turned the long way round."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(5.0, 8.2)
+    turned = replace(chase.boat.nav, yaw_rad=math.radians(170.0))
+    chase.law.let_go()
+    setpoint = chase.law.setpoint(chase.motion, turned, DT_S)
+    assert isinstance(setpoint, PathSetpoint) and abs(wrap_pi(setpoint.yaw_rad - turned.yaw_rad)) < 0.1
 
 
 def test_leader_goes_astern_and_the_boat_makes_room() -> None:

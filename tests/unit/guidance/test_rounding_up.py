@@ -47,6 +47,18 @@ def test_the_boat_lets_itself_be_carried_slower_than_the_stream_bow_into_it() ->
     assert -math.pi < aside < -0.5 * math.pi
 
 
+@pytest.mark.parametrize("course_deg", range(-180, 180, 15))
+@pytest.mark.parametrize("water", [(0.8, 0.0), (0.4, 0.4), (0.3, -0.5)])
+def test_bow_first_through_the_water_it_makes_any_course_as_back_to_its_track(
+    course_deg: float, water: tuple[float, float]
+) -> None:
+    """Once it fell beside its track, the bow lay as if it could only be carried: it drifted on, over its fence."""
+    course, made_mps = math.radians(course_deg), 0.2
+    through = made_mps * math.cos(course) - water[0], made_mps * math.sin(course) - water[1]
+    heading = seen(5.0).heading_rad(water, course, made_mps)
+    assert abs(wrap_pi(heading - math.atan2(through[1], through[0]))) < 1.0e-9
+
+
 def test_until_the_bow_has_come_round_it_does_not_brake_in_a_flow_from_astern() -> None:
     up = seen(5.0)
     assert up.least_mps(going(0.0), STREAM, math.pi) == pytest.approx(0.8 + 0.3)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import cast
 
 import pytest
 
@@ -12,6 +13,7 @@ from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.fence.guard import FenceGuard
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
@@ -203,3 +205,44 @@ def test_carried_off_beside_its_point_the_bow_points_upstream_and_not_to_the_poi
     carried = replace(at(north_m=0.3, east_m=0.4, yaw_rad=math.pi, current=stream), north_mps=1.0)
     yaw_rad = keeper.update(carried, None, 1.0, 0.1).yaw_rad
     assert yaw_rad is not None and abs(wrap_pi(yaw_rad - math.pi)) < math.radians(15.0)
+
+
+class Line:
+    """A fence that runs across, so far north."""
+
+    def __init__(self, north_m: float) -> None:
+        self._north_m = north_m
+
+    def room_m(self, place: tuple[float, float], course_rad: float) -> float:
+        return self._north_m - place[0] if math.cos(course_rad) > 0.5 else math.inf
+
+    def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+        return place
+
+
+def before(line_m: float) -> BowKeeper:
+    keeper = BowKeeper(OTTER, parameters(), cast(FenceGuard, Line(line_m)))
+    keeper.start(at(current=(0.6, 0.0)))
+    return keeper
+
+
+def test_with_its_bow_down_the_stream_before_a_fence_it_goes_astern_for_room_to_turn() -> None:
+    """It turned at once, and was carried over the line."""
+    keeper, stream = before(4.0), (0.6, 0.0)
+    astern = keeper.update(at(current=stream), None, 1.0, 0.1)
+    assert isinstance(astern, PathSetpoint)
+    assert astern.surge_mps < 0.0 and astern.yaw_rad == pytest.approx(0.0)
+    further = keeper.update(at(-2.0, current=stream), None, 1.0, 0.1)
+    assert isinstance(further, PathSetpoint) and further.surge_mps < 0.0
+    turning = keeper.update(at(-8.0, current=stream), None, 1.0, 0.1)
+    assert abs(wrap_pi(turning.yaw_rad)) > math.radians(120.0)
+    assert keeper.target[0] == -2.0, "it holds where it had not yet room, not nearer to the line"
+
+
+def test_far_from_a_fence_or_at_a_point_that_was_asked_for() -> None:
+    stream = (0.6, 0.0)
+    assert abs(wrap_pi(before(30.0).update(at(current=stream), None, 1.0, 0.1).yaw_rad)) > math.radians(120.0)
+    keeper = before(4.0)
+    keeper.hold(1.0, 0.0, 0.0, None)
+    assert keeper.update(at(current=stream), None, 1.0, 0.1).yaw_rad == pytest.approx(0.0)
+    assert keeper.target[:2] == (1.0, 0.0)

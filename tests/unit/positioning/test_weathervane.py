@@ -132,13 +132,13 @@ def yaw_asked(boat: Boat) -> float:
     return setpoint.yaw_rad
 
 
-def blown_off(boat: Boat, sway_n: float) -> None:
-    """Put the boat beyond its alarm circle, and let it push sideways with `sway_n` for a minute."""
-    north_m = 1.5 * boat.parameters["DP_ALARM_R"]
+def blown_off(boat: Boat, sway_n: float, circles: float = 1.5, seconds: float = 60.0) -> None:
+    """Put the boat beyond its alarm circle, `circles` times that off, and let it push sideways with `sway_n`."""
+    north_m = circles * boat.parameters["DP_ALARM_R"]
     lat_deg, lon_deg = boat.point(north_m, 0.0)
     boat.pinned = True
     boat.nav = replace(boat.nav, north_m=north_m, lat_deg=lat_deg, lon_deg=lon_deg)
-    for _ in range(600):
+    for _ in range(round(seconds / 0.1)):
         boat.supervisor.thrust_achieved(Wrench(0.0, sway_n, 0.0))
         boat.tick()
 
@@ -149,6 +149,27 @@ def test_driven_off_with_all_its_sideways_thrust_the_boat_gives_up_its_heading(f
     blown_off(boat, limit_n)
     assert boat.texts().count(DRIVEN) == 1
     assert yaw_asked(boat) > math.radians(30.0), "towards the force that it gives"
+
+
+def test_at_home_after_rtl_too(free: Callable[..., Boat]) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
+    boat.until(lambda: "rtl_arrived" in boat.names())
+    blown_off(boat, boat.config.limits.sway_n)
+    assert boat.texts().count(DRIVEN.replace("Hold", "RTL")) == 1
+    assert yaw_asked(boat) > math.radians(30.0)
+
+
+def test_a_boat_that_does_not_come_home_against_weather_from_the_side_turns_its_bow_to_it(
+    free: Callable[..., Boat],
+) -> None:
+    """It lay 6 m from home on the heading of its arrival, for good."""
+    boat = free(DP_WEATHERVANE=0.0)
+    blown_off(boat, 0.0, circles=0.7, seconds=1.0)
+    boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
+    blown_off(boat, boat.config.limits.sway_n, circles=0.7, seconds=120.0)
+    assert "rtl_arrived" not in boat.names() and "watch_alarm" not in boat.names()
+    assert boat.texts().count(DRIVEN.replace("Hold", "RTL")) == 1
 
 
 def test_a_boat_that_is_off_its_point_with_thrust_to_spare_keeps_its_heading(free: Callable[..., Boat]) -> None:
