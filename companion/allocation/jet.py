@@ -21,8 +21,8 @@ _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
 _STOP_SHARE = 0.25  # of the impeller's least thrust: a smaller demand stops it
 _LEAST_THRUST_N = 1.0
 # JET_STEER_N suffices for turns in the first time. After it the thrust grows by as much again in each of the second, to
-# at most three times as much: the nozzle may be stuck.
-_TURN_S, _MORE_S, _MOST = 4.0, 4.0, 3.0
+# at most six times as much: the nozzle may be stuck. Slower, the boat gathers way across the wind before it turns.
+_TURN_S, _MORE_S, _MOST = 3.0, 2.0, 6.0
 
 
 class JetAllocator(SteeredAllocator):

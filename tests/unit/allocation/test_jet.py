@@ -24,8 +24,8 @@ def allocator(**parameters: float) -> JetAllocator:
     return JetAllocator(VESSEL, Parameters({**VESSEL.parameters, **parameters}))
 
 
-def settle(a: JetAllocator, wrench: Wrench, surge_mps: float) -> Allocation:
-    for _ in range(80):
+def settle(a: JetAllocator, wrench: Wrench, surge_mps: float, seconds: float = 80 * DT_S) -> Allocation:
+    for _ in range(round(seconds / DT_S)):
         result = a.update(wrench, DT_S, surge_mps)
     return result
 
@@ -57,7 +57,7 @@ def test_the_same_thrust_takes_more_throttle_at_speed() -> None:
 
 def test_a_turn_without_thrust_raises_the_thrust_to_jet_steer_n() -> None:
     """No thrust, no steering: 300 N m want 461 N at the stop of the nozzle, and 400 N are allowed for that."""
-    result = settle(allocator(JET_STEER_N=400.0), Wrench(0.0, 0.0, 300.0), 8.2)
+    result = settle(allocator(JET_STEER_N=400.0), Wrench(0.0, 0.0, 300.0), 8.2, 2.9)
     assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(400.0, rel=1e-6)
     assert result.thrusters[0].azimuth_rad == pytest.approx(-STOP_RAD)
     assert result.achieved.yaw_nm == pytest.approx(1.6 * 400.0 * math.sin(STOP_RAD), rel=1e-6)
@@ -66,21 +66,25 @@ def test_a_turn_without_thrust_raises_the_thrust_to_jet_steer_n() -> None:
     assert none.thrusters[0].throttle == 0.0 and none.achieved.yaw_nm == 0.0
 
 
-def test_where_wind_holds_the_bow_the_thrust_for_steering_grows_to_three_times_as_much() -> None:
-    """A jet of 2.6 m lay 65° off its heading in 10 m/s, with 7 % of its thrust, and drifted 159 m from home."""
+def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
+    """A jet of 2.6 m lay 65° off its heading in 10 m/s, with 7 % of its thrust, and drifted 159 m from home. One of
+    2.2 m, whose thrust grew to three times as much within 12 s, went on across the wind, 41 m off its point."""
     jet = allocator(JET_STEER_N=250.0)
 
-    def given_n(seconds: float, yaw_nm: float = 600.0, surge_n: float = 0.0) -> float:
+    def given_n(seconds: float, yaw_nm: float = 1200.0, surge_n: float = 0.0) -> float:
         for _ in range(round(seconds / DT_S)):
             result = jet.update(Wrench(surge_n, 0.0, yaw_nm), DT_S, 2.0)
         return math.hypot(result.achieved.surge_n, result.achieved.sway_n)
 
-    assert given_n(3.9) == pytest.approx(250.0, rel=1e-3), "a turn is over by then"
-    assert given_n(4.1) == pytest.approx(500.0, rel=0.02)
-    assert given_n(60.0) == pytest.approx(750.0, rel=1e-3), "the nozzle may be stuck"
-    given_n(12.0, yaw_nm=10.0)
+    assert given_n(2.9) == pytest.approx(250.0, rel=1e-3), "a turn is over by then"
+    assert given_n(2.1) == pytest.approx(500.0, rel=0.02)
+    assert given_n(60.0) == pytest.approx(1500.0, rel=1e-3), "the nozzle may be stuck"
+    given_n(14.0, yaw_nm=10.0)
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "forgotten once the bow is free"
-    given_n(60.0, surge_n=1600.0)
+    enough_n = 500.0 / (1.6 * math.sin(STOP_RAD))
+    assert given_n(60.0, yaw_nm=500.0) == pytest.approx(enough_n, rel=1e-3), "no more than gives the moment"
+    given_n(14.0, yaw_nm=10.0)
+    given_n(60.0, surge_n=3500.0)
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
 
 
