@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.ground_station import GroundStation, Item
-from sitl.scenarios.measure import Check, estimate_errors
+from sitl.scenarios.measure import Check, estimate_errors, receiver_error_m
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _MISSION = 0x04040000
@@ -64,11 +64,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         name = f"dropout_{duration_s:g}s"
         metrics[f"{name}_error_m"] = max(error.distance_m for error in errors)
         metrics[f"{name}_after_mps"] = max(after)
-        checks.append(
-            Check(
-                f"estimate error, dropout of {duration_s:g} s", metrics[f"{name}_error_m"], _LIMITS_M[duration_s], "m"
-            )
-        )
+        limit_m = _LIMITS_M[duration_s] + receiver_error_m(settings["gnss"])
+        text = f"estimate error, dropout of {duration_s:g} s"
+        checks.append(Check(text, metrics[f"{name}_error_m"], limit_m, "m"))
         checks.append(Check(f"velocity error after {duration_s:g} s", metrics[f"{name}_after_mps"], _SPIKE_MPS, "m/s"))
     between_s = [(from_s - 10.0, from_s) for _, from_s in asked["dropouts"]]
     normal = [error.distance_m for span in between_s for error in estimate_errors(folder, *span)]

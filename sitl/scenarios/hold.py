@@ -12,12 +12,12 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check, between, distance_to, read_truth, rms
+from sitl.scenarios.measure import Check, between, distance_to, read_truth, receiver_error_m, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _HOLD = 0x03040000
 _SETTLE_S = 30.0
-_LIMITS_M = {"sbas": 0.9, "standalone": 4.0}  # the receiver's own slow error; 0.15 m with better grades
+_LIMIT_M = 0.15
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
@@ -45,8 +45,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "heading_rms_deg": rms(headings),
         "heading_max_deg": max(abs(heading) for heading in headings),
     }
+    limit_m = _LIMIT_M + receiver_error_m(settings["gnss"])
     checks = (
-        Check("position RMS", metrics["position_rms_m"], _LIMITS_M.get(settings["gnss"], 0.15), "m"),
+        Check("position RMS", metrics["position_rms_m"], limit_m, "m"),
         Check("heading RMS", metrics["heading_rms_deg"], 2.0, "deg"),
     )
     return metrics, checks

@@ -15,6 +15,8 @@ from companion.core.frames import body_to_ned
 Track = list[dict[str, float]]
 Point = tuple[float, float]
 
+_SLOW_ERRORS_M = {"sbas": 0.75, "standalone": 3.85}  # by grade of the receiver, of those that wander
+
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -100,6 +102,11 @@ def means(values: Sequence[float], width: int) -> list[float]:
     """The mean of every `width` values in a row, from the first on."""
     sums = [0.0, *itertools.accumulate(values)]
     return [(b - a) / width for a, b in zip(sums, sums[width:], strict=False)]
+
+
+def receiver_error_m(gnss: str) -> float:
+    """How far a boat may be off by the slow error of its receiver alone, which no law can know; 0 with corrections."""
+    return _SLOW_ERRORS_M.get(gnss, 0.0)
 
 
 def rms(values: Sequence[float]) -> float:

@@ -25,7 +25,7 @@ FIRST, *OTHERS = (*PROMISED, "gnss_jump=5", "gnss_jump=50")
 
 def found(station: GroundStation, told: str, folder: Path) -> None:
     """The lie, in a copy of the process that writes into `folder`, and what is not as promised as a file there."""
-    asked = lie(station, {"lie": told, "watch": WATCH})
+    asked = lie(station, {"lie": told, "watch": WATCH, "gnss": "rtk"})
     station.rig.close()
     _, checks = SCENARIOS["lying_senses"].measure(folder, asked, {"lie": told})
     broken = [check.row() for check in checks if not check.ok] if checks else ["nothing is promised"]
