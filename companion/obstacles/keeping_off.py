@@ -126,7 +126,8 @@ class KeepingOff:
             return lying
         north, east = lying[:, 0] - here[0], lying[:, 1] - here[1]
         gaps = np.hypot(north, east) - lying[:, 2] - self._half_m
-        nearest = np.argsort(gaps)[: int((gaps < self._stop_m + _OUT_M).sum())]
+        count = int((gaps < self._stop_m + _OUT_M).sum())
+        nearest = np.argsort(gaps)[:count]
         directions = np.floor(np.arctan2(east[nearest], north[nearest]) / _DIRECTION_RAD)
         near: Floats = lying[nearest[np.unique(directions, return_index=True)[1]]]
         return near
