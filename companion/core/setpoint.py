@@ -112,13 +112,15 @@ class PathSetpoint:
 
 def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:
     """The setpoint at a share of its speed, and braking by at least `braking_mps2`, whether it leads ahead or
-    astern."""
-    way = math.copysign(1.0, setpoint.surge_mps)
+    astern. On the same way, its own accelerations are the square of that share: with all of a plan's braking a boat
+    that a fence has slowed would stand, and its bias would learn to push against that."""
+    way, kept = math.copysign(1.0, setpoint.surge_mps), share * share
     return replace(
         setpoint,
         surge_mps=share * setpoint.surge_mps,
         sway_mps=share * setpoint.sway_mps,
-        surge_mps2=way * min(way * setpoint.surge_mps2, -braking_mps2),
+        surge_mps2=way * min(way * kept * setpoint.surge_mps2, -braking_mps2),
+        sway_mps2=kept * setpoint.sway_mps2,
     )
 
 
