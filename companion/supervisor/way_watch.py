@@ -11,7 +11,8 @@ from companion.params.store import Parameters
 _AT_REST_MPS = 0.15  # a boat that moves faster over ground is not aground: the current may be to blame while unknown
 _HELD_MPS = 0.05  # a boat that moves faster over ground is not held fast
 _LEAST_MPS = 0.1  # desired speed below which no way need be made
-_TURNS_RADPS = math.radians(5.0)  # a boat that turns faster is neither aground nor without propeller
+# A boat that turns faster is neither aground nor without propeller: this, or a share of PATH_YAW_RATE if that is less.
+_TURNS_RADPS, _TURNS_SHARE = math.radians(5.0), 0.5
 _PUSH_SHARE = 0.2  # of the largest surge force: less is no push
 _MADE_SHARE = 0.5  # of the desired speed that counts as way
 _NEEDED_SHARE = 0.5  # of the thrust that the hull may need at its speed and FS_WAY_DRIFT, for thrust to be in vain
@@ -71,7 +72,8 @@ class WayWatch:
 
     def _hindered(self, nav: NavState, speed_mps: float, desired_mps: float) -> bool:
         asked = desired_mps >= _LEAST_MPS and nav.position_valid
-        return asked and speed_mps < _MADE_SHARE * desired_mps and abs(nav.yaw_rate_radps) < _TURNS_RADPS
+        turns_radps = min(_TURNS_RADPS, _TURNS_SHARE * math.radians(self._parameters["PATH_YAW_RATE"]))
+        return asked and speed_mps < _MADE_SHARE * desired_mps and abs(nav.yaw_rate_radps) < turns_radps
 
     def _count(self, speed_mps: float, desired_mps: float, vain_s: float) -> None:
         """Sum up for how long thrust was in vain, or see that way is made again."""

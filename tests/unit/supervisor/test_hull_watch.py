@@ -107,6 +107,13 @@ def test_what_is_no_thrust_in_vain(explained: dict[str, float]) -> None:
     assert not Bench().sail(60.0, **explained).aground_or_fouled  # type: ignore[arg-type]
 
 
+def test_a_slow_turn_is_one_for_a_boat_that_turns_slowly() -> None:
+    """A barge of two tonnes, which turns at 4.8°/s at most, was taken to lie aground at its first waypoint."""
+    turning = {"desired_mps": 0.6, "push_n": 45.0, "yaw_rate_radps": math.radians(3.0)}
+    assert Bench(PATH_YAW_RATE=12.0).sail(30.0, **turning).aground_or_fouled  # type: ignore[arg-type]
+    assert not Bench(PATH_YAW_RATE=5.0).sail(30.0, **turning).aground_or_fouled  # type: ignore[arg-type]
+
+
 def test_a_current_explains_that_no_way_is_made_unless_it_is_estimated_from_then_on() -> None:
     stemmed, aground = Bench(), Bench()
     stemmed.sail(1.0, current_north_mps=-0.6, current_east_mps=0.0)
