@@ -143,9 +143,9 @@ class Allocator(_AllocatorBase):
     thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
-    because the thruster reverses at a stop, the thruster turns there without thrust. One that has long
-    wasted much power, or a little with ALLOC_ECON, turns with little. One that has long pushed hard in reverse, where
-    it is weaker, turns with thrust.
+    because the thruster reverses at a stop, the thruster turns there without thrust. One that has long wasted much
+    power, or a little with ALLOC_ECON, turns with little. One that has long pushed hard in reverse, where it is weaker,
+    turns with thrust.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
     thrusters are turning round, and whether the boat has made way on its planned path.

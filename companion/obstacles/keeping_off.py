@@ -148,11 +148,10 @@ class KeepingOff:
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
         choices = self._choices(around, nav, cruise_mps, comes)
         water_m = self._water_m(around, *self._ways.places(choices, nav))
-        turn = np.abs(np.remainder(choices.yaw_rad - nav.yaw_rad + math.pi, math.tau) - math.pi)
+        turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
         if before is not None:
-            off = np.abs(np.remainder(choices.yaw_rad - before[0] + math.pi, math.tau) - math.pi)
-            value[(off < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
+            value[(np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
         for one in np.argsort(-value):
             if water_m[one] > least_m + _BETTER_M and self._allowed(around, choices, int(one), nav):
                 return float(choices.yaw_rad[one]), float(choices.surge_mps[one])

@@ -37,6 +37,11 @@ class Choices:
         """Some of them: indices, or True for each that is taken."""
         return Choices(self.yaw_rad[these], self.surge_mps[these], self.out_m[these])
 
+    def turns_rad(self, from_rad: float) -> Floats:
+        """The shorter turn from a heading to each, -π to π, shape (n,)."""
+        turns: Floats = np.remainder(self.yaw_rad - from_rad + math.pi, math.tau) - math.pi
+        return turns
+
 
 class WaysOut:
     """`choices(…)`: what the boat can do; `places(choices, nav)`: where it then is. Remembers nothing."""
@@ -74,7 +79,7 @@ class WaysOut:
     def _yaw_rad(self, choices: Choices, speed: Floats, nav: NavState) -> Floats:
         """Headings, shape (n, k). A rudder or a nozzle turns the boat by its way alone."""
         fastest = _TURN_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
-        turn = np.remainder(choices.yaw_rad - nav.yaw_rad + math.pi, math.tau) - math.pi
+        turn = choices.turns_rad(nav.yaw_rad)
         if self._on_the_spot:
             turned = np.broadcast_to(fastest * np.maximum(0.0, TIMES_S - _TURN_S), speed.shape)
         else:
