@@ -309,7 +309,8 @@ class Vessel:
             allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
         else:
             planned = isinstance(setpoint, PathSetpoint) and setpoint.exact
-            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav), planned)
+            ahead = self._blocks.controller.ahead
+            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav), planned, ahead)
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
         self.supervisor.thrust_achieved(allocation.achieved)

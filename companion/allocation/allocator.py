@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from companion.allocation.foresight import FAR_OFF_RAD, Foreseen, Foresight
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
@@ -14,6 +15,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, Rig
+from companion.core.setpoint import PATH_STEP_S
 from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
@@ -34,8 +36,8 @@ _WAY_LENGTHS_PS = 0.1  # speed through the water from which a boat is under way,
 _WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under way
 _MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thruster turns there
 _NOTHING_N = 1.0e-3
-_FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _UNCONSTRAINED = 1  # ALLOC_KIND
+_LEEWAY = 0.01  # share of full force by which a thruster may push harder or less than foreseen
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
 
@@ -156,6 +158,8 @@ class Allocator(_AllocatorBase):
         self._parameters = parameters
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
+        self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
+        self._foreseen: Foreseen | None = None  # for this cycle
         self._short = False
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
@@ -176,16 +180,25 @@ class Allocator(_AllocatorBase):
         self._thrift = Thrift(self._thrusters)
         self._thrifty = False  # in this cycle
 
-    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0, planned: bool = False) -> Allocation:
+    def update(
+        self,
+        wrench: Wrench,
+        dt_s: float,
+        surge_mps: float = 0.0,
+        planned: bool = False,
+        ahead: Sequence[Wrench] = (),
+    ) -> Allocation:
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `planned`: the demand
         follows a planned path; until the boat makes way through the water on it (`surge_mps`), and while it does, its
-        thrusters stay aimed."""
+        thrusters stay aimed. `ahead`: the wrenches that the path will demand, PATH_STEP_S apart."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._optimise(wrench, ideal, dt_s, planned and self._stays_aimed(surge_mps))
+            self._foreseen = self._foresee(wrench, ahead if planned else (), dt_s)
+            aimed = self._foreseen is not None or (planned and self._stays_aimed(surge_mps))
+            self._optimise(wrench, ideal, dt_s, aimed)
         self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
@@ -194,6 +207,14 @@ class Allocator(_AllocatorBase):
         self._lacking = self._off(wrench, allocation.achieved)
         self._useful = max(0.0, self._off(wrench, ZERO_WRENCH) - self._lacking)
         return allocation
+
+    def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> Foreseen | None:
+        """Where to point the thrusters for what the planned path will demand; None where that makes no difference, and
+        while one turns round."""
+        if not ahead or self._alone or any(azimuth is not None for azimuth in self._crossing):
+            self._foresight.reset()
+            return None
+        return self._foresight.update((wrench, *ahead), self._inverse, self._failed, self._forces, self._azimuths, dt_s)
 
     def _stays_aimed(self, surge_mps: float) -> bool:
         """Whether a boat on a planned path keeps its thrusters aimed: under way, and at first, when wind and current
@@ -292,13 +313,16 @@ class Allocator(_AllocatorBase):
         ahead there. Left to itself it would reverse for a moment's demand, and stay on the wrong side of it. While it
         is still more than 90° off, only reverse is of use. On the way it pushes hardly harder than there: two thrusters
         far off their aim would push with full force against each other for a little of the wrench."""
+        if self._foreseen is not None:
+            self._follow(i, t, self._foreseen)
+            return
         share = math.hypot(*ideal) / t.max_n
         if self._alone or share < _WORTH_AIMING:
             return
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         direction = math.atan2(ideal[1], ideal[0])
         ahead = t.sectors.nearest(direction, present)
-        reverse = t.reversible and abs(math.remainder(ahead - direction, math.tau)) > _FAR_OFF_RAD
+        reverse = t.reversible and abs(math.remainder(ahead - direction, math.tau)) > FAR_OFF_RAD
         aim = t.sectors.nearest(direction + math.pi, present) if reverse else ahead
         low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]
         step = min(high, max(low, min(present + reach, max(present - reach, aim))))
@@ -311,6 +335,16 @@ class Allocator(_AllocatorBase):
         else:
             problem.force_low_n[i] = min(most, max(least, 0.0))
             problem.force_high_n[i] = max(least, min(most, useful_n))
+
+    def _follow(self, i: int, t: Thruster, foreseen: Foreseen) -> None:
+        """Turn one thruster, and let it push, as foreseen."""
+        problem = self._problem
+        low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]
+        problem.turn_low_rad[i] = problem.turn_high_rad[i] = min(high, max(low, foreseen.azimuths_rad[i]))
+        least, most = problem.force_low_n[i], problem.force_high_n[i]
+        force, leeway = foreseen.forces_n[i], _LEEWAY * t.max_n
+        problem.force_low_n[i] = min(most, max(least, force - leeway))
+        problem.force_high_n[i] = max(least, min(most, force + leeway))
 
     def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the preferred azimuth of one thruster, and its weight."""

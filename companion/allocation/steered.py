@@ -58,9 +58,16 @@ class SteeredAllocator(ABC):
         self._take_throttle(throttle, dt_s)
         return self._result(None, surge_mps)
 
-    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0, planned: bool = False) -> Allocation:
+    def update(
+        self,
+        wrench: Wrench,
+        dt_s: float,
+        surge_mps: float = 0.0,
+        planned: bool = False,
+        ahead: Sequence[Wrench] = (),
+    ) -> Allocation:
         """Throttle and angle for surge and yaw; sway is not given. `surge_mps`: speed ahead through the water. A
-        non-finite input counts as no demand. `planned` has no effect here."""
+        non-finite input counts as no demand. `planned` and `ahead` have no effect here."""
         if not all(map(math.isfinite, (wrench.surge_n, wrench.sway_n, wrench.yaw_nm, surge_mps))):
             wrench, surge_mps = Wrench(0.0, 0.0, 0.0), 0.0
         self._serve(wrench, dt_s, surge_mps)

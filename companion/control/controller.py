@@ -13,9 +13,11 @@ from companion.control.economy import MeanForce
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.lqr import LqrTracking
 from companion.control.path_control import PathControl, turned_soon_rad
+from companion.control.planned_steps import planned_steps
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import SlowWind, force_of_air, wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -28,6 +30,7 @@ from companion.core.setpoint import (
 from companion.params.store import Parameters
 
 _BASELINE = 1  # value of DP_LAW and WP_LAW
+_FEWEST_POSES = 3  # of which a change of the wrench can be told
 
 
 class PositioningLaw(Protocol):
@@ -87,6 +90,7 @@ class Controller:
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits, self._yaw_limit.most_nm)
         self._demanded: Wrench | None = None
+        self._ahead: tuple[Wrench, ...] = ()
 
     def reset(self) -> None:
         """Forget the bias force."""
@@ -103,9 +107,16 @@ class Controller:
         """By how much the yaw loop under way answers later than with thrusters that turn as the file says."""
         return self._yaw.late_s
 
+    @property
+    def ahead(self) -> tuple[Wrench, ...]:
+        """The wrenches that a planned path will demand, PATH_STEP_S apart, the first after PATH_STEP_S; empty without
+        one."""
+        return self._ahead
+
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
         bias is reduced by what fell short of the last demand."""
+        self._ahead = ()
         if not isinstance(setpoint, PoseSetpoint):
             self._positioning.restart()
             self._mean_wind.restart()
@@ -160,7 +171,27 @@ class Controller:
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         wrench = self._tracking.update(setpoint, nav, self._bias, dt_s)
-        return self._limited(self._against_wind(wrench, nav, turned_soon_rad(setpoint), dt_s))
+        wrench = self._limited(self._against_wind(wrench, nav, turned_soon_rad(setpoint), dt_s))
+        if len(setpoint.ahead) > _FEWEST_POSES:
+            self._ahead = self._later(wrench, setpoint, nav)
+        return wrench
+
+    def _later(self, wrench: Wrench, setpoint: PathSetpoint, nav: NavState) -> tuple[Wrench, ...]:
+        """How the demand `wrench` will change along the planned poses, with wind and bias from where they come then."""
+        config, air = self._config, self._slow_wind.air
+        water = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        steps = planned_steps(config.hull, setpoint.ahead, water)
+        needed = []
+        for yaw_rad, (x, y, n) in zip(steps.yaw_rad, steps.wrench, strict=False):
+            bias_x, bias_y, _ = self._bias.in_body(yaw_rad)
+            turned_rad = wrap_pi(yaw_rad - nav.yaw_rad)
+            wind_x, wind_y, wind_n = force_of_air(config.windage, config.length_m, nav, air, turned_rad)
+            needed.append((x + bias_x - wind_x, y + bias_y - wind_y, n - wind_n))
+        now_x, now_y, now_n = needed[0]
+        return tuple(
+            self._saturated(Wrench(wrench.surge_n + x - now_x, wrench.sway_n + y - now_y, wrench.yaw_nm + n - now_n))
+            for x, y, n in needed[1:]
+        )
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:
         """Reduce the bias by what fell short of the last demand. `relevant` keeps the demand on the axes whose bias the

@@ -14,21 +14,20 @@ bias force that all laws share.
 
 from __future__ import annotations
 
-import itertools
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
-from companion.control.model import coriolis, damping, force_for
+from companion.control.model import coriolis, damping
+from companion.control.planned_steps import PlannedSteps, planned_steps
 from companion.core.actuation import Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
-from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose
+from companion.core.setpoint import PATH_STEP_S, PathSetpoint
 from companion.params.store import Parameters
 
 PREDICTIVE = 2  # PATH_CTRL
@@ -43,16 +42,6 @@ _OPTIMAL = 1
 _BLOCK_OF = [block for block, steps in enumerate(_BLOCKS) for _ in range(steps)]
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class _Plan:
-    """The plan at each step: poses, velocities through the water in body axes, and the wrench that they need."""
-
-    yaw_rad: list[float]
-    course_rad: list[float]
-    velocity: list[tuple[float, float, float]]
-    wrench: list[tuple[float, float, float]]
 
 
 class PredictiveControl:
@@ -107,7 +96,7 @@ class PredictiveControl:
         self._built = self._built + (1.0 - math.exp(-dt_s / _THRUST_LAG_S)) * (gave - self._built)
         self._observe(velocity, bias, wind, nav.yaw_rad, dt_s)
         against = np.array(bias.in_body(nav.yaw_rad)) - np.array(wind)
-        plan = self.plan(setpoint.ahead, water)
+        plan = planned_steps(self._hull, setpoint.ahead[: _STEPS + 2], water)
         start = setpoint.ahead[0]
         off = np.array([nav.north_m - start.north_m, nav.east_m - start.east_m, wrap_pi(nav.yaw_rad - start.yaw_rad)])
         state = np.concatenate((off, velocity - np.array(plan.velocity[0]), self._built - against))
@@ -136,23 +125,6 @@ class PredictiveControl:
         x, y, n = (_OBSERVER_RADPS**2 * m * float(a) for m, a in zip(self._inertia, ahead, strict=True))
         bias.grow(x, y, n, yaw_rad, dt_s)
 
-    def plan(self, ahead: tuple[PlannedPose, ...], water: tuple[float, float]) -> _Plan:
-        """Velocities and wrenches of the plan, by differences of its poses."""
-        velocity: list[tuple[float, float, float]] = []
-        courses = []
-        for a, b in itertools.pairwise(ahead[: _STEPS + 2]):
-            north, east = (b.north_m - a.north_m) / PATH_STEP_S, (b.east_m - a.east_m) / PATH_STEP_S
-            turn = wrap_pi(b.yaw_rad - a.yaw_rad)
-            middle = a.yaw_rad + 0.5 * turn
-            velocity.append((*ned_to_body(north - water[0], east - water[1], middle), turn / PATH_STEP_S))
-            courses.append(math.atan2(east, north))
-        wrenches = []
-        for one, two in itertools.pairwise(velocity):
-            x, y, n = ((after - before) / PATH_STEP_S for before, after in zip(one, two, strict=True))
-            needed = force_for(self._hull, *one, x, y, n)
-            wrenches.append((needed.surge_n, needed.sway_n, needed.yaw_nm))
-        return _Plan([pose.yaw_rad for pose in ahead], courses, velocity, wrenches)
-
     def _slopes(self, velocity: tuple[float, float, float]) -> Floats:
         """−∂(C(ν) ν + D(ν) ν)/∂ν, 3×3, by differences."""
         base = self._resisting(*velocity)
@@ -168,7 +140,7 @@ class PredictiveControl:
         dx, dy, dn = damping(self._hull, u, v, r)
         return cx + dx, cy + dy, cn + dn
 
-    def _predict(self, plan: _Plan, state: Floats) -> tuple[Floats, Floats]:
+    def _predict(self, plan: PlannedSteps, state: Floats) -> tuple[Floats, Floats]:
         """The states of all steps as `free` + `forced` · wrenches: (steps, 9) and (steps, 9, unknowns)."""
         unknowns = 3 * len(_BLOCKS)
         free, forced = np.empty((_STEPS, 9)), np.zeros((_STEPS, 9, unknowns))
@@ -181,7 +153,7 @@ class PredictiveControl:
             free[k], forced[k] = x, g
         return free, forced
 
-    def _step(self, plan: _Plan, k: int) -> tuple[Floats, Floats]:
+    def _step(self, plan: PlannedSteps, k: int) -> tuple[Floats, Floats]:
         """x(k+1) = a x(k) + c, without the part of the wrench."""
         u, v, _ = plan.velocity[k]
         cos, sin = math.cos(plan.yaw_rad[k]), math.sin(plan.yaw_rad[k])
@@ -196,7 +168,7 @@ class PredictiveControl:
         c[3:6] = -h * inverse @ np.array(plan.wrench[k])
         return a, c
 
-    def least_squares(self, plan: _Plan, state: Floats, last: Floats) -> tuple[Floats, Floats]:
+    def least_squares(self, plan: PlannedSteps, state: Floats, last: Floats) -> tuple[Floats, Floats]:
         """Matrix and vector of the programme min ‖matrix · wrenches + vector‖², in units of what errors and changes may
         be. `last`: the wrench before the first block."""
         free, forced = self._predict(plan, state)
@@ -211,7 +183,7 @@ class PredictiveControl:
         before[:3] = -per_change[:3] * last
         return np.vstack((effects, change)), np.concatenate((errors, before))
 
-    def _weights(self, plan: _Plan) -> Floats:
+    def _weights(self, plan: PlannedSteps) -> Floats:
         """(steps, 6, 9): the errors of each step in units of what they may be: along and across the track, heading,
         speeds, yaw rate."""
         p = self._parameters

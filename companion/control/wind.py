@@ -20,6 +20,11 @@ class SlowWind:
         """Begin with the wind of the next update."""
         self._air: Air | None = None
 
+    @property
+    def air(self) -> Air | None:
+        """The low-pass filtered wind of the last update."""
+        return self._air
+
     def update(self, nav: NavState, shortest_s: float, dt_s: float) -> Air | None:
         """The low-pass filtered wind; None while none is known."""
         now = air_over_ground(nav)

@@ -96,7 +96,7 @@ class PlannedPose:
 class PathSetpoint:
     """Path tracking: heading, speed and yaw rate under way, in body axes. `exact`: the motion is planned, with all its
     accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps. `ahead`: the
-    poses planned from now on, PATH_STEP_S apart, for a law that looks ahead."""
+    poses planned from now on, PATH_STEP_S apart, for laws and thrusters that look ahead."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -113,7 +113,8 @@ class PathSetpoint:
 def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:
     """The setpoint at a share of its speed, and braking by at least `braking_mps2`, whether it leads ahead or
     astern. On the same way, its own accelerations are the square of that share: with all of a plan's braking a boat
-    that a fence has slowed would stand, and its bias would learn to push against that."""
+    that a fence has slowed would stand, and its bias would learn to push against that. The poses ahead are dropped:
+    they lead on at full speed."""
     way, kept = math.copysign(1.0, setpoint.surge_mps), share * share
     return replace(
         setpoint,
@@ -121,6 +122,7 @@ def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> P
         sway_mps=share * setpoint.sway_mps,
         surge_mps2=way * min(way * kept * setpoint.surge_mps2, -braking_mps2),
         sway_mps2=kept * setpoint.sway_mps2,
+        ahead=(),
     )
 
 

@@ -43,6 +43,7 @@ class Agility:
     surge_n: float
     sway_n: float
     yaw_nm: float
+    aims: bool = False  # its thrusters turn: where the plan will need them counts before it does
 
     @property
     def most_n(self) -> float:
@@ -96,7 +97,8 @@ def agility_of(config: VesselConfig) -> Agility | None:
     limits = config.limits
     if limits.sway_n <= 0.0:
         return None
-    return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm)
+    aims = any(thruster.turns for thruster in config.thrusters)
+    return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm, aims)
 
 
 def _speed_at(force: float, linear: float, square: float) -> float:

@@ -36,7 +36,7 @@ _JERK_MPS3 = 0.5  # from rest the setpoint speeds up as azimuths turn: what carr
 _SPEED_STEP_MPS = 0.05  # commanded speeds are planned in steps
 _MEAN_AIR_S = 20.0
 _PREDICTIVE = 2  # PATH_CTRL
-_POSES = 19  # ahead: 5.4 s
+_POSES, _POSES_TO_AIM = 19, 12  # ahead: 5.4 s for that law, 3.3 s for thrusters that turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,7 @@ class PlannedMotion:
             across - turn * surge,
             change,
             True,
-            self._poses(plan, place, nav, pace) if self._parameters["PATH_CTRL"] == _PREDICTIVE else (),
+            self._poses(plan, place, nav, pace),
         )
 
     @property
@@ -211,11 +211,12 @@ class PlannedMotion:
         return turn, change, math.cos(now - courses[0]) < 0.0
 
     def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:
-        """The poses from now on, with the bow turned into the current as now."""
+        """The poses from now on, with the bow turned into the current as now; as many as are of use."""
+        count = _POSES if self._parameters["PATH_CTRL"] == _PREDICTIVE else _POSES_TO_AIM if self._agility.aims else 0
         speed, aside_mps = self.speed_mps, self._most_sway_mps
         yaw = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
         poses = []
-        for k in range(_POSES):
+        for k in range(count):
             s_m = place.s_m if k == 0 else plan.ahead_m(place.s_m, k * PATH_STEP_S, pace)
             there, course = place.track.at(s_m), plan.course_rad(s_m)
             poses.append(

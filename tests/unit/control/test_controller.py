@@ -19,8 +19,10 @@ from companion.core.estimate import WaveMotion
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     NEUTRAL_SETPOINT,
+    PATH_STEP_S,
     HeadingSetpoint,
     PathSetpoint,
+    PlannedPose,
     PoseSetpoint,
     ThrusterSetpoint,
     WrenchSetpoint,
@@ -219,3 +221,39 @@ def test_a_non_finite_input_gives_no_thrust_and_leaves_nothing_behind() -> None:
     c = controller()
     assert c.update(HERE, nav_state(north_m=math.nan), ZERO_WRENCH, DT_S) == ZERO_WRENCH
     assert axes(c.update(HERE, nav_state(), ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0))
+
+
+def poses(rate_radps: float) -> tuple[PlannedPose, ...]:
+    """A circle at 1 m/s, north at first."""
+    found, north_m, east_m = [], 0.0, 0.0
+    for k in range(12):
+        yaw_rad = rate_radps * k * PATH_STEP_S
+        found.append(PlannedPose(north_m, east_m, yaw_rad))
+        north_m, east_m = north_m + PATH_STEP_S * math.cos(yaw_rad), east_m + PATH_STEP_S * math.sin(yaw_rad)
+    return tuple(found)
+
+
+def test_the_demands_ahead_are_those_of_the_planned_poses() -> None:
+    c = controller()
+    under_way = nav_state(surge_mps=1.0)
+    straight = PathSetpoint(0.0, 1.0, exact=True, ahead=poses(0.0))
+    wrench = c.update(straight, under_way, ZERO_WRENCH, DT_S)
+    assert len(c.ahead) == 9
+    for later in c.ahead:
+        assert axes(later) == pytest.approx(axes(wrench), abs=1.0e-6)
+    c.update(replace(straight, ahead=()), under_way, ZERO_WRENCH, DT_S)
+    assert c.ahead == ()
+
+
+def test_in_a_bend_ahead_the_wind_comes_from_another_side_of_the_boat() -> None:
+    """Wind from north, against a boat that will have turned east: its force moves from the bow to the port side."""
+    windy = nav_state(surge_mps=1.0, wind=(5.0, 0.0))
+    quiet = nav_state(surge_mps=1.0)
+    bend = PathSetpoint(0.0, 1.0, exact=True, ahead=poses(0.5 * math.pi / (10 * PATH_STEP_S)))
+    more = []
+    for nav in (windy, quiet):
+        c = controller()
+        now = c.update(bend, nav, ZERO_WRENCH, DT_S)
+        more.append((c.ahead[-1].surge_n - now.surge_n, c.ahead[-1].sway_n - now.sway_n))
+    assert more[0][0] < more[1][0] - 0.5, "less thrust ahead is needed"
+    assert more[0][1] < more[1][1] - 0.5, "and more to port"

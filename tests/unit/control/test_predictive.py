@@ -15,6 +15,7 @@ from companion.control import predictive
 from companion.control.bias import BiasForce
 from companion.control.controller import Controller
 from companion.control.model import coriolis, damping
+from companion.control.planned_steps import planned_steps
 from companion.control.predictive import PredictiveControl, solved
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
@@ -95,7 +96,7 @@ def test_the_solver_agrees_with_bounded_least_squares() -> None:
     law = PredictiveControl(ABOAT, parameters())
     rng = np.random.default_rng(4)
     for _ in range(20):
-        plan = law.plan(arc(0.0, rate_radps=float(rng.uniform(-0.2, 0.2))), (0.0, 0.0))
+        plan = planned_steps(ABOAT.hull, arc(0.0, rate_radps=float(rng.uniform(-0.2, 0.2))), (0.0, 0.0))
         state = rng.normal(size=9) * np.array([1.0, 1.0, 0.3, 0.3, 0.3, 0.1, 50.0, 30.0, 30.0])
         matrix, vector = law.least_squares(plan, state, np.zeros(3))
         most = np.array([ABOAT.limits.surge_n, ABOAT.limits.sway_n, ABOAT.limits.yaw_nm])
@@ -109,7 +110,7 @@ def test_the_solver_agrees_with_bounded_least_squares() -> None:
 def test_a_boat_on_the_plan_is_predicted_to_stay_there_by_the_wrench_of_the_plan() -> None:
     """The hull that turns steadily in a circle needs one wrench; with it, all errors stay 0."""
     law = PredictiveControl(ABOAT, parameters())
-    plan = law.plan(arc(0.0), (0.0, 0.0))
+    plan = planned_steps(ABOAT.hull, arc(0.0), (0.0, 0.0))
     matrix, vector = law.least_squares(plan, np.array([0.0] * 6 + list(plan.wrench[0])), np.array(plan.wrench[0]))
     steady = np.tile(plan.wrench[0], matrix.shape[1] // 3)
     assert np.abs(matrix @ steady + vector).max() < 0.02

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.core.frames import body_to_ned
-from companion.core.setpoint import PathSetpoint, braked
+from companion.core.setpoint import PathSetpoint, PlannedPose, braked
 
 
 @pytest.mark.parametrize("gain_mps2", [0.3, 0.0, -0.1, -2.0])
@@ -29,3 +29,8 @@ def test_a_plans_own_accelerations_are_those_of_the_slower_way() -> None:
     slow = braked(PathSetpoint(0.0, 1.5, surge_mps2=-0.4, sway_mps2=0.2), 0.5)
     assert slow.surge_mps2 == pytest.approx(-0.1) and slow.sway_mps2 == pytest.approx(0.05)
     assert braked(PathSetpoint(0.0, 1.5, surge_mps2=-0.4), 0.5, 0.2).surge_mps2 == -0.2
+
+
+def test_poses_ahead_are_dropped() -> None:
+    """They lead on at full speed: thrusters would turn for a corner that the boat does not reach."""
+    assert braked(PathSetpoint(0.0, 1.5, exact=True, ahead=(PlannedPose(0.0, 0.0, 0.0),)), 0.5).ahead == ()

@@ -34,8 +34,9 @@ def aboat() -> Agility:
     return agility
 
 
-def motion() -> tuple[PlannedMotion, LaidTrack]:
-    planned = PlannedMotion(Parameters(BOAT.parameters), aboat(), CrabCompensation(top_speed_mps(BOAT)))
+def motion(parameters: Parameters | None = None, agility: Agility | None = None) -> tuple[PlannedMotion, LaidTrack]:
+    parameters = parameters or Parameters(BOAT.parameters)
+    planned = PlannedMotion(parameters, agility or aboat(), CrabCompensation(top_speed_mps(BOAT)))
     laid = TrackShape(PathKind.LINEAR, 1.5, 10.0, True, SPEED_MPS, None).lay(FromBoat((0.0, 0.0)), CORNER, (), True)
     planned.take(laid)
     return planned, laid
@@ -112,3 +113,14 @@ def test_a_plan_for_another_speed_is_taken_at_once() -> None:
     assert planned.speed_mps == pytest.approx(0.6)
     speeds(planned, laid, AT_REST, 6.0, 40)
     assert planned.speed_mps == pytest.approx(SPEED_MPS, abs=0.03)
+
+
+def test_poses_ahead_are_planned_for_thrusters_that_turn_and_for_the_law_that_looks_ahead() -> None:
+    fixed = replace(aboat(), aims=False)
+    for agility, control, count in ((aboat(), 0, 12), (aboat(), 2, 19), (fixed, 0, 0), (fixed, 2, 19)):
+        parameters = Parameters(BOAT.parameters)
+        assert parameters.set("PATH_CTRL", control) is None
+        planned, laid = motion(parameters, agility)
+        assert planned.is_planned(AT_REST, SPEED_MPS, 0.0, DT_S)
+        setpoint = planned.update(OnTrack(laid.track, 0.0, laid.track.at(0.0), 0.0), AT_REST, PROGRESS, DT_S)
+        assert len(setpoint.ahead) == count

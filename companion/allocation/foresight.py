@@ -1,0 +1,246 @@
+"""Where turning thrusters should point under way, and how hard they push, by the wrenches that the planned path will
+demand: an azimuth takes seconds to turn, a corner turns the demand round in less.
+
+    minimise  Σ_k ‖τ_k − T(α_k) F_k‖²_Q + power(F_k) + ‖F_k − F_k−1‖² + ‖α_k − α_k−1‖² + ‖α_k − preferred‖²
+    subject to  α_k within its stops, |α_k − α_k−1| within the rate, F_k towards the side where it is wanted
+
+over the next seconds: one quadratic programme a cycle, linearised about the last cycle's solution moved on in time
+(receding horizon; Rawlings, Mayne & Diehl 2017, chapter 1). The preferred azimuths are those of the unconstrained
+solution: without thrust nothing else says where to turn. daqp solves it (Arnström et al. 2022).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import daqp
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.allocation.geometry import Thruster
+from companion.allocation.pseudo_inverse import PseudoInverse
+from companion.allocation.solver import YAW_PRIORITY
+from companion.core.actuation import Wrench
+
+_OPTIMAL = 1
+_MISSED = 60.0  # cost of missing an axis by its whole limit, against 1 for the power of one thruster's full force
+_CHANGED = 150.0  # cost of changing a force by the whole of it from one step to the next
+_TURNED, _OFF = 0.05, 5.0  # cost of one radian of turn from step to step, and off the preferred azimuth
+_BENT = 0.2  # of the power: what linearising T(α)F loses of it off the optimum
+_SMALL_SHARE = 0.05  # share of full force below which the cost of power is quadratic
+_ASKED_SHARE = 0.1  # share of full force from which the preferred azimuth counts in full
+FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
+_WORTH_RAD = 0.3  # the demand turns round by more, or a thruster is off by more: else there is nothing to foresee
+_WORTH_SHARE = 0.05  # share of full force from which a direction counts
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Foreseen:
+    """What to do in this cycle: forces in N and azimuths in rad, one for each thruster."""
+
+    forces_n: tuple[float, ...]
+    azimuths_rad: tuple[float, ...]
+
+
+class Foresight:
+    """Call `update` in every cycle on a planned path, `reset` in others. `scales`: the wrench limits; an axis with 0 is
+    not controlled. `step_s`: between the demands that are known. Remembers the last solution."""
+
+    def __init__(self, thrusters: Sequence[Thruster], scales: tuple[float, float, float], step_s: float) -> None:
+        self._thrusters = tuple(thrusters)
+        self._turning = [i for i, t in enumerate(thrusters) if t.turns]
+        self._step_s = step_s
+        priority = (1.0, 1.0, YAW_PRIORITY)
+        self._weights = np.array(
+            [p * _MISSED / (scale * scale) if scale > 0.0 else 0.0 for p, scale in zip(priority, scales, strict=True)]
+        )
+        self._full = np.array([t.max_n for t in thrusters])
+        self._least = np.array([t.min_n for t in thrusters])
+        self._x, self._y = np.array([t.x_m for t in thrusters]), np.array([t.y_m for t in thrusters])
+        self._frame: _Frame | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last solution."""
+        self._forces = self._azimuths = np.zeros((0, len(self._thrusters)))
+
+    def update(
+        self,
+        demands: Sequence[Wrench],
+        inverse: PseudoInverse,
+        failed: Collection[int],
+        forces_n: Sequence[float],
+        azimuths_rad: Sequence[float],
+        dt_s: float,
+    ) -> Foreseen | None:
+        """Forces and azimuths to go to within `dt_s`; None where there is nothing to foresee, or no solution.
+        `demands`: wrenches, the first now. `inverse`: the unconstrained solution of the thrusters that work. `failed`:
+        the others."""
+        ideals = [inverse.forces_n((w.surge_n, w.sway_n, w.yaw_nm)) for w in demands]
+        if not self._turning or not self._worth(ideals, azimuths_rad):
+            self.reset()
+            return None
+        aim = self._aim(ideals, azimuths_rad)
+        now, there = np.array(forces_n), np.array(azimuths_rad)
+        self._move_on(aim.azimuths, now, there, dt_s)
+        working = np.array([0.0 if i in failed else 1.0 for i in range(len(forces_n))])
+        wanted = np.array([(w.surge_n, w.sway_n, w.yaw_nm) for w in demands])
+        if not self._solve(wanted, aim, now, there, working, dt_s):
+            self.reset()
+            return None
+        return Foreseen(tuple(self._forces[0].tolist()), tuple(self._azimuths[0].tolist()))
+
+    def _worth(self, ideals: Sequence[Sequence[tuple[float, float]]], azimuths_rad: Sequence[float]) -> bool:
+        """Whether the direction of some turning thruster's force lies off its azimuth, now or later."""
+        for i in self._turning:
+            least_n = _WORTH_SHARE * self._thrusters[i].max_n
+            for ideal in ideals:
+                x, y = ideal[i]
+                off_rad = abs(math.remainder(math.atan2(y, x) - azimuths_rad[i], math.tau))
+                if off_rad > _WORTH_RAD and math.hypot(x, y) > least_n:
+                    return True
+        return False
+
+    def _aim(self, ideals: Sequence[Sequence[tuple[float, float]]], azimuths_rad: Sequence[float]) -> _Aim:
+        """Where each thruster should point at each step: ahead, or in reverse where the stops allow nothing near."""
+        shape = len(ideals), len(azimuths_rad)
+        aim = _Aim(np.tile(np.array(azimuths_rad), (len(ideals), 1)), np.zeros(shape), np.zeros(shape))
+        for i in self._turning:
+            t, last_rad = self._thrusters[i], azimuths_rad[i]
+            for k, ideal in enumerate(ideals):
+                x, y = ideal[i]
+                direction_rad = math.atan2(y, x)
+                ahead_rad = t.sectors.nearest(direction_rad, last_rad)
+                reverse = t.reversible and abs(math.remainder(ahead_rad - direction_rad, math.tau)) > FAR_OFF_RAD
+                last_rad = t.sectors.nearest(direction_rad + math.pi, last_rad) if reverse else ahead_rad
+                aim.azimuths[k, i], aim.directions[k, i] = last_rad, direction_rad
+                aim.pull[k, i] = _OFF * min(1.0, math.hypot(x, y) / (_ASKED_SHARE * t.max_n))
+        return aim
+
+    def _move_on(self, preferred: Floats, forces: Floats, azimuths: Floats, dt_s: float) -> None:
+        """Take the last solution `dt_s` later as the first guess; without one, the present forces, and azimuths that
+        turn to the preferred ones."""
+        steps = len(preferred)
+        if len(self._forces) != steps:
+            rates = np.array([t.azimuth_rate_radps for t in self._thrusters])
+            reach = np.outer(dt_s + self._step_s * np.arange(steps), rates)
+            self._forces = np.tile(forces, (steps, 1))
+            self._azimuths = azimuths + np.clip(preferred - azimuths, -reach, reach)
+            return
+        part = min(1.0, dt_s / self._step_s)
+        for values in (self._forces, self._azimuths):
+            values[:-1] += part * (values[1:] - values[:-1])
+
+    def _bounds(self, aim: _Aim, working: Floats) -> tuple[Floats, Floats]:
+        """Bounds of the forces at each step: a turning thruster pushes towards the side where its force should be."""
+        steps, turning = len(self._azimuths), self._turning
+        least, most = np.tile(working * self._least, (steps, 1)), np.tile(working * self._full, (steps, 1))
+        astern = np.cos(self._azimuths[:, turning] - aim.directions[:, turning]) < 0.0
+        least[:, turning] = np.where(astern, least[:, turning], 0.0)
+        most[:, turning] = np.where(astern, 0.0, most[:, turning])
+        return least, most
+
+    def _solve(
+        self,
+        wanted: Floats,
+        aim: _Aim,
+        forces: Floats,
+        azimuths: Floats,
+        working: Floats,
+        dt_s: float,
+    ) -> bool:
+        """One quadratic programme about the guess; replaces it. False if the solver fails."""
+        steps, count = self._forces.shape
+        turning = self._turning
+        frame = self._frame
+        if frame is None or frame.steps != steps:
+            frame = self._frame = _Frame(steps, count, len(turning))
+        c, s = np.cos(self._azimuths), np.sin(self._azimuths)
+        slopes = np.empty((steps, 3, count + len(turning)))  # of the wrench: by the forces, then by the azimuths
+        slopes[:, 0, :count], slopes[:, 1, :count] = c, s
+        slopes[:, 2, :count] = self._x * s - self._y * c
+        guess = self._forces[:, turning]
+        slopes[:, 0, count:], slopes[:, 1, count:] = -s[:, turning] * guess, c[:, turning] * guess
+        slopes[:, 2, count:] = (self._x[turning] * c[:, turning] + self._y[turning] * s[:, turning]) * guess
+        about = self._azimuths[:, turning]
+        target = wanted + np.einsum("kij,kj->ki", slopes[:, :, count:], about)
+        weighted = slopes * self._weights[:, None]
+        blocks = np.einsum("kia,kib->kab", weighted, slopes)
+        linear = -np.einsum("kia,ki->ka", weighted, target)
+
+        power = 1.0 / (self._full**2 * np.sqrt(np.maximum(np.abs(self._forces) / self._full, _SMALL_SHARE)))
+        change = _CHANGED / self._full**2
+        bent = _BENT * power[:, turning] * guess**2
+        off = aim.pull[:, turning]
+        diagonal = np.concatenate((power + 2.0 * change, bent + off + 2.0 * _TURNED), axis=1)
+        diagonal[-1] -= np.concatenate((change, np.full(len(turning), _TURNED)))
+        linear[:, count:] -= bent * about + off * aim.azimuths[:, turning]
+        linear[0, :count] -= change * forces
+        linear[0, count:] -= _TURNED * azimuths[turning]
+
+        low, high = np.empty((steps, count + len(turning))), np.empty((steps, count + len(turning)))
+        least, most = self._bounds(aim, working)
+        low[:, :count], high[:, :count] = least, most
+        rates = np.array([self._thrusters[i].azimuth_rate_radps for i in turning])
+        spans = [self._thrusters[i].sectors.span(float(azimuths[i])) for i in turning]
+        low[:, count:], high[:, count:] = [span[0] for span in spans], [span[1] for span in spans]
+        low[0, count:] = np.maximum(low[0, count:], azimuths[turning] - rates * dt_s)
+        high[0, count:] = np.minimum(high[0, count:], azimuths[turning] + rates * dt_s)
+
+        coupling = np.concatenate((change, np.full(len(turning), _TURNED)))
+        hessian = frame.hessian(blocks, diagonal, coupling)
+        reach = np.tile(rates * self._step_s, steps - 1)
+        x, _, flag, _ = daqp.solve(
+            hessian,
+            linear.ravel(),
+            frame.rows,
+            np.concatenate((high.ravel(), reach)),
+            np.concatenate((low.ravel(), -reach)),
+            frame.sense,
+        )
+        if flag != _OPTIMAL:
+            return False
+        solution = np.asarray(x).reshape(steps, count + len(turning))
+        self._forces = np.clip(solution[:, :count], least, most)
+        self._azimuths[:, turning] = solution[:, count:]
+        return True
+
+
+@dataclass(frozen=True, slots=True)
+class _Aim:
+    """At each step, for each thruster: the preferred azimuth, not wrapped, how much it counts, and the direction that
+    its force should have."""
+
+    azimuths: Floats
+    pull: Floats
+    directions: Floats
+
+
+class _Frame:
+    """The arrays of the programme whose shape does not change. The variables are, step by step, all forces and then
+    the azimuths of the turning thrusters."""
+
+    def __init__(self, steps: int, count: int, turning: int) -> None:
+        width = count + turning
+        self.steps, self._width = steps, width
+        self.rows = np.zeros(((steps - 1) * turning, steps * width))  # turn from each step to the next
+        for k in range(steps - 1):
+            for j in range(turning):
+                row = k * turning + j
+                self.rows[row, k * width + count + j], self.rows[row, (k + 1) * width + count + j] = -1.0, 1.0
+        self.sense = np.zeros(steps * width + len(self.rows), dtype=np.intc)
+
+    def hessian(self, blocks: Floats, diagonal: Floats, coupling: Floats) -> Floats:
+        """The Hessian: a block for each step, more on its diagonal, and the coupling with the step before."""
+        steps, width = self.steps, self._width
+        result = np.zeros((steps, width, steps, width))
+        k, j = np.arange(steps), np.arange(width)
+        result[k, :, k, :] = blocks
+        result[k[:, None], j, k[:, None], j] += diagonal
+        result[k[1:, None], j, k[:-1, None], j] -= coupling
+        result[k[:-1, None], j, k[1:, None], j] -= coupling
+        return result.reshape(steps * width, steps * width)
