@@ -25,8 +25,8 @@ from companion.allocation.solver import YAW_PRIORITY
 from companion.core.actuation import Wrench
 
 _OPTIMAL = 1
-_MISSED = 60.0  # cost of missing an axis by its whole limit, against 1 for the power of one thruster's full force
-_CHANGED = 150.0  # cost of changing a force by the whole of it from one step to the next
+_MISSED = 120.0  # cost of missing an axis by its whole limit, against 1 for the power of one thruster's full force
+_CHANGED = 100.0  # cost of changing a force by the whole of it from one step to the next
 _TURNED, _OFF = 0.05, 5.0  # cost of one radian of turn from step to step, and off the preferred azimuth
 _BENT = 0.2  # of the power: what linearising T(α)F loses of it off the optimum
 _SMALL_SHARE = 0.05  # share of full force below which the cost of power is quadratic
@@ -89,10 +89,15 @@ class Foresight:
         self._move_on(aim.azimuths, now, there, dt_s)
         working = np.array([0.0 if i in failed else 1.0 for i in range(len(forces_n))])
         wanted = np.array([(w.surge_n, w.sway_n, w.yaw_nm) for w in demands])
-        if not self._solve(wanted, aim, now, there, working, dt_s):
+        if not self._solve(_Cycle(wanted, aim, now, there, working, dt_s)):
             self.reset()
             return None
         return Foreseen(tuple(self._forces[0].tolist()), tuple(self._azimuths[0].tolist()))
+
+    @property
+    def _rates(self) -> Floats:
+        """Of the turning thrusters; they change as rates are learnt."""
+        return np.array([self._thrusters[i].azimuth_rate_radps for i in self._turning])
 
     def _worth(self, ideals: Sequence[Sequence[tuple[float, float]]], azimuths_rad: Sequence[float]) -> bool:
         """Whether the direction of some turning thruster's force lies off its azimuth, now or later."""
@@ -126,8 +131,8 @@ class Foresight:
         turn to the preferred ones."""
         steps = len(preferred)
         if len(self._forces) != steps:
-            rates = np.array([t.azimuth_rate_radps for t in self._thrusters])
-            reach = np.outer(dt_s + self._step_s * np.arange(steps), rates)
+            reach = np.zeros_like(preferred)
+            reach[:, self._turning] = np.outer(dt_s + self._step_s * np.arange(steps), self._rates)
             self._forces = np.tile(forces, (steps, 1))
             self._azimuths = azimuths + np.clip(preferred - azimuths, -reach, reach)
             return
@@ -135,67 +140,21 @@ class Foresight:
         for values in (self._forces, self._azimuths):
             values[:-1] += part * (values[1:] - values[:-1])
 
-    def _bounds(self, aim: _Aim, working: Floats) -> tuple[Floats, Floats]:
-        """Bounds of the forces at each step: a turning thruster pushes towards the side where its force should be."""
-        steps, turning = len(self._azimuths), self._turning
-        least, most = np.tile(working * self._least, (steps, 1)), np.tile(working * self._full, (steps, 1))
-        astern = np.cos(self._azimuths[:, turning] - aim.directions[:, turning]) < 0.0
-        least[:, turning] = np.where(astern, least[:, turning], 0.0)
-        most[:, turning] = np.where(astern, 0.0, most[:, turning])
-        return least, most
-
-    def _solve(
-        self,
-        wanted: Floats,
-        aim: _Aim,
-        forces: Floats,
-        azimuths: Floats,
-        working: Floats,
-        dt_s: float,
-    ) -> bool:
+    def _solve(self, cycle: _Cycle) -> bool:
         """One quadratic programme about the guess; replaces it. False if the solver fails."""
-        steps, count = self._forces.shape
-        turning = self._turning
+        (steps, count), turning = self._forces.shape, self._turning
+        width = count + len(turning)
         frame = self._frame
         if frame is None or frame.steps != steps:
             frame = self._frame = _Frame(steps, count, len(turning))
-        c, s = np.cos(self._azimuths), np.sin(self._azimuths)
-        slopes = np.empty((steps, 3, count + len(turning)))  # of the wrench: by the forces, then by the azimuths
-        slopes[:, 0, :count], slopes[:, 1, :count] = c, s
-        slopes[:, 2, :count] = self._x * s - self._y * c
-        guess = self._forces[:, turning]
-        slopes[:, 0, count:], slopes[:, 1, count:] = -s[:, turning] * guess, c[:, turning] * guess
-        slopes[:, 2, count:] = (self._x[turning] * c[:, turning] + self._y[turning] * s[:, turning]) * guess
-        about = self._azimuths[:, turning]
-        target = wanted + np.einsum("kij,kj->ki", slopes[:, :, count:], about)
-        weighted = slopes * self._weights[:, None]
-        blocks = np.einsum("kia,kib->kab", weighted, slopes)
-        linear = -np.einsum("kia,ki->ka", weighted, target)
-
-        power = 1.0 / (self._full**2 * np.sqrt(np.maximum(np.abs(self._forces) / self._full, _SMALL_SHARE)))
-        change = _CHANGED / self._full**2
-        bent = _BENT * power[:, turning] * guess**2
-        off = aim.pull[:, turning]
-        diagonal = np.concatenate((power + 2.0 * change, bent + off + 2.0 * _TURNED), axis=1)
-        diagonal[-1] -= np.concatenate((change, np.full(len(turning), _TURNED)))
-        linear[:, count:] -= bent * about + off * aim.azimuths[:, turning]
-        linear[0, :count] -= change * forces
-        linear[0, count:] -= _TURNED * azimuths[turning]
-
-        low, high = np.empty((steps, count + len(turning))), np.empty((steps, count + len(turning)))
-        least, most = self._bounds(aim, working)
-        low[:, :count], high[:, :count] = least, most
-        rates = np.array([self._thrusters[i].azimuth_rate_radps for i in turning])
-        spans = [self._thrusters[i].sectors.span(float(azimuths[i])) for i in turning]
-        low[:, count:], high[:, count:] = [span[0] for span in spans], [span[1] for span in spans]
-        low[0, count:] = np.maximum(low[0, count:], azimuths[turning] - rates * dt_s)
-        high[0, count:] = np.minimum(high[0, count:], azimuths[turning] + rates * dt_s)
-
-        coupling = np.concatenate((change, np.full(len(turning), _TURNED)))
-        hessian = frame.hessian(blocks, diagonal, coupling)
-        reach = np.tile(rates * self._step_s, steps - 1)
+        blocks, linear = self._shortfall(cycle.wanted)
+        change = np.concatenate((_CHANGED / self._full**2, np.full(len(turning), _TURNED)))
+        linear[0] -= change * np.concatenate((cycle.forces, cycle.azimuths[turning]))
+        diagonal = self._costs(cycle.aim, linear)
+        low, high = self._limits(cycle)
+        reach = np.tile(self._rates * self._step_s, steps - 1)
         x, _, flag, _ = daqp.solve(
-            hessian,
+            frame.hessian(blocks, diagonal, change),
             linear.ravel(),
             frame.rows,
             np.concatenate((high.ravel(), reach)),
@@ -204,10 +163,46 @@ class Foresight:
         )
         if flag != _OPTIMAL:
             return False
-        solution = np.asarray(x).reshape(steps, count + len(turning))
-        self._forces = np.clip(solution[:, :count], least, most)
+        solution = np.clip(np.asarray(x).reshape(steps, width), low, high)
+        self._forces = solution[:, :count]
         self._azimuths[:, turning] = solution[:, count:]
         return True
+
+    def _shortfall(self, wanted: Floats) -> tuple[Floats, Floats]:
+        """Hessian (step, variable, variable) and linear term (step, variable) of the cost of missing `wanted`."""
+        turning = self._turning
+        c, s = np.cos(self._azimuths), np.sin(self._azimuths)
+        by_force = np.stack((c, s, self._x * s - self._y * c), axis=1)
+        c, s, force, about = c[:, turning], s[:, turning], self._forces[:, turning], self._azimuths[:, turning]
+        lever = self._x[turning] * c + self._y[turning] * s
+        by_azimuth = np.stack((-s * force, c * force, lever * force), axis=1)
+        slopes = np.concatenate((by_force, by_azimuth), axis=2)
+        target = wanted + np.einsum("kij,kj->ki", by_azimuth, about)
+        weighted = slopes * self._weights[:, None]
+        return np.einsum("kia,kib->kab", weighted, slopes), -np.einsum("kia,ki->ka", weighted, target)
+
+    def _costs(self, aim: _Aim, linear: Floats) -> Floats:
+        """What the other costs add to the Hessian's diagonal (step, variable); they are added to `linear` here."""
+        turning, count = self._turning, len(self._thrusters)
+        power = 1.0 / (self._full**2 * np.sqrt(np.maximum(np.abs(self._forces) / self._full, _SMALL_SHARE)))
+        bent = _BENT * power[:, turning] * self._forces[:, turning] ** 2
+        off = aim.pull[:, turning]
+        linear[:, count:] -= bent * self._azimuths[:, turning] + off * aim.azimuths[:, turning]
+        return np.concatenate((power, bent + off), axis=1)
+
+    def _limits(self, cycle: _Cycle) -> tuple[Floats, Floats]:
+        """Bounds of the variables (step, variable): a turning thruster pushes to the side where its force should be."""
+        steps, turning, aim = len(self._forces), self._turning, cycle.aim
+        least, most = np.tile(cycle.working * self._least, (steps, 1)), np.tile(cycle.working * self._full, (steps, 1))
+        astern = np.cos(self._azimuths[:, turning] - aim.directions[:, turning]) < 0.0
+        least[:, turning] = np.where(astern, least[:, turning], 0.0)
+        most[:, turning] = np.where(astern, 0.0, most[:, turning])
+        there = cycle.azimuths[turning]
+        spans = np.array([self._thrusters[i].sectors.span(float(cycle.azimuths[i])) for i in turning])
+        left, right = np.tile(spans[:, 0], (steps, 1)), np.tile(spans[:, 1], (steps, 1))
+        left[0] = np.maximum(left[0], there - self._rates * cycle.dt_s)
+        right[0] = np.minimum(right[0], there + self._rates * cycle.dt_s)
+        return np.concatenate((least, left), axis=1), np.concatenate((most, right), axis=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +213,19 @@ class _Aim:
     azimuths: Floats
     pull: Floats
     directions: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Cycle:
+    """The demands (step, axis), the aim, the present forces and azimuths, 1 for each thruster that works and 0 for one
+    that has failed, and the time until the next cycle."""
+
+    wanted: Floats
+    aim: _Aim
+    forces: Floats
+    azimuths: Floats
+    working: Floats
+    dt_s: float
 
 
 class _Frame:
@@ -234,13 +242,14 @@ class _Frame:
                 self.rows[row, k * width + count + j], self.rows[row, (k + 1) * width + count + j] = -1.0, 1.0
         self.sense = np.zeros(steps * width + len(self.rows), dtype=np.intc)
 
-    def hessian(self, blocks: Floats, diagonal: Floats, coupling: Floats) -> Floats:
-        """The Hessian: a block for each step, more on its diagonal, and the coupling with the step before."""
+    def hessian(self, blocks: Floats, diagonal: Floats, change: Floats) -> Floats:
+        """The Hessian: a block for each step, more on its diagonal, and the cost of a change from the step before."""
         steps, width = self.steps, self._width
         result = np.zeros((steps, width, steps, width))
         k, j = np.arange(steps), np.arange(width)
         result[k, :, k, :] = blocks
-        result[k[:, None], j, k[:, None], j] += diagonal
-        result[k[1:, None], j, k[:-1, None], j] -= coupling
-        result[k[:-1, None], j, k[1:, None], j] -= coupling
+        result[k[:, None], j, k[:, None], j] += diagonal + change
+        result[k[:-1, None], j, k[:-1, None], j] += change
+        result[k[1:, None], j, k[:-1, None], j] -= change
+        result[k[:-1, None], j, k[1:, None], j] -= change
         return result.reshape(steps * width, steps * width)
