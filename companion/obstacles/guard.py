@@ -319,7 +319,7 @@ class ObstacleGuard:
         stream = stream_along_mps(nav, *along)
         chart = self._chart.water
         by_chart = math.inf if chart is None else chart.stop_m((nav.north_m, nav.east_m), along)
-        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_m, by_chart)
+        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_along_m(along), by_chart)
         return self._braking.speed_mps(way_m, stream)
 
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
