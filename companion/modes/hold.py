@@ -56,6 +56,7 @@ class HoldMode(Mode):
         self._headway = Headway("Hold", events)
         self._jumps = 0
         self._landing = False
+        self._cannot_sway = config.limits.sway_n <= 0.0 and not config.has_sail
         if config.limits.sway_n > 0.0:
             self._text = self.declaration.text
         elif config.has_sail:
@@ -173,6 +174,11 @@ class HoldMode(Mode):
     def goes_round(self) -> bool:
         """Whether the boat is in transit to a point."""
         return self._hold_point.in_transit
+
+    @property
+    def drifts(self) -> bool:
+        """Whether a boat without sideways thrust moves about inside its watch circle."""
+        return self._cannot_sway and not self._hold_point.in_transit
 
     def way_round(self, inputs: ModeInputs) -> WayRound[Way | None] | None:
         """Another way to the point of the go-to."""

@@ -119,6 +119,11 @@ class Mode(ABC):
         """Whether the mode now has a way that it can lead round obstacles."""
         return False
 
+    @property
+    def drifts(self) -> bool:
+        """Whether the boat now moves about a point that it cannot keep: wind and current may set it onto something."""
+        return False
+
     def way_round(self, inputs: ModeInputs) -> WayRound[Any] | None:
         """How to lead the rest of the way round the obstacles; None where the mode has no way of its own."""
         return None

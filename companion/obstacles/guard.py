@@ -14,14 +14,24 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.ports import Worker
-from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, braked, desired_motion
+from companion.core.setpoint import (
+    HeadingSetpoint,
+    PathSetpoint,
+    PoseSetpoint,
+    Setpoint,
+    WrenchSetpoint,
+    braked,
+    desired_motion,
+)
 from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
@@ -64,6 +74,11 @@ class GuardedMode(Protocol):
     @property
     def goes_round(self) -> bool:
         """Whether the mode has a way that can lead round obstacles now."""
+        ...
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the boat now moves about a point that it cannot keep."""
         ...
 
     def way_ahead(self) -> Sequence[Place]:
@@ -121,6 +136,7 @@ class ObstacleGuard:
         self._work: tuple[WayRound[Any], Future[Any]] | None = None
         self.water = OpenWater(config, parameters, fence, chart)
         self._braking = Braking(config, parameters)
+        self._coasts = not (can_reverse(config.thrusters) or config.has_sail)
         self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._mode: GuardedMode | None = None
@@ -151,7 +167,7 @@ class ObstacleGuard:
         if mode is not self._mode:
             self.reset()
             self._mode = mode
-        guarded = isinstance(setpoint, PathSetpoint | PoseSetpoint | HeadingSetpoint)
+        guarded = mode.drifts or isinstance(setpoint, PathSetpoint | PoseSetpoint | HeadingSetpoint)
         if not self._around.on or not guarded or mode.docking or not inputs.nav.position_valid:
             self.reset()
             return setpoint
@@ -163,10 +179,10 @@ class ObstacleGuard:
             self._holding = self._slowed = False
             return setpoint
         stopped = self._stopped_in_time(setpoint, mode, inputs)
-        if not mode.goes_round:
+        if not (mode.goes_round or mode.drifts):
             return stopped
         movers, water, nav = self._around.movers(inputs.now_s), self.water.now, inputs.nav
-        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s)
+        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, mode.drifts)
         if aside is None:
             return stopped
         mode.excuse()
@@ -282,7 +298,14 @@ class ObstacleGuard:
         if size <= limit:
             return setpoint
         assert isinstance(setpoint, PathSetpoint)
-        return braked(setpoint, limit / size, self._parameters["PATH_ACC"] * min(1.0, limit))
+        return self._slowed_path(setpoint, limit / size, limit)
+
+    def _slowed_path(self, setpoint: PathSetpoint, share: float, limit: float) -> Setpoint:
+        """That share of the motion asked for. Where no way is open, a boat without thrust astern coasts: thrust for a
+        turn would speed it up, and leads nowhere."""
+        if self._coasts and self._since_s is not None:
+            return WrenchSetpoint(ZERO_WRENCH, setpoint.progress)
+        return braked(setpoint, share, self._parameters["PATH_ACC"] * min(1.0, limit))
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
         """The same, said when it begins."""
@@ -296,7 +319,7 @@ class ObstacleGuard:
         stream = stream_along_mps(nav, *along)
         chart = self._chart.water
         by_chart = math.inf if chart is None else chart.stop_m((nav.north_m, nav.east_m), along)
-        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_m, by_chart)
+        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_along_m(along), by_chart)
         return self._braking.speed_mps(way_m, stream)
 
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:

@@ -1,7 +1,8 @@
 """Keeping off what comes nearer while the boat makes no way.
 
 What moves may come to a boat at rest: any heading may lead out of its way, ahead or astern. Onto what lies, wind and
-current set a boat that stops or turns on the spot: then it goes ahead or astern, since it cannot turn in time.
+current set a boat that stops, turns on the spot or moves about its hold point: then it goes ahead or astern, since it
+cannot turn in time. One without thrust astern can only turn.
 The boat's motion is predicted for each choice, and the slowest one that keeps clear is taken.
 """
 
@@ -28,6 +29,7 @@ from companion.params.store import Parameters
 
 _SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
 _STOPPED_MPS = 0.1
+_COASTS_MPS = 0.2  # more way than asked for: a boat without thrust astern cannot stop now
 _LYING_SOON_S = 6.0  # how far it looks for what lies; for what moves, as far as its motion is predicted
 _ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
@@ -42,11 +44,13 @@ _COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn b
 
 @dataclass(frozen=True, slots=True)
 class _Around:
-    """What there is to keep off. `lying`: circles (north_m, east_m, radius_m) near the boat."""
+    """What there is to keep off. `lying`: circles (north_m, east_m, radius_m) near the boat. `drifts`: the boat moves
+    about a point that it cannot keep, slowly enough to turn."""
 
     movers: Sequence[Contact]
     lying: Floats
     water: Water
+    drifts: bool
 
 
 class KeepingOff:
@@ -72,11 +76,14 @@ class KeepingOff:
         nav: NavState,
         cruise_mps: float,
         now_s: float,
+        drifts: bool = False,
     ) -> PathSetpoint | None:
-        """`setpoint`: what the boat does otherwise, already limited so that it stops in time."""
+        """`setpoint`: what the boat does otherwise, already limited so that it stops in time. `drifts`: it moves about
+        a point that it cannot keep."""
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
-        around = _Around(movers, self._near(water, nav), water)
+        slow = slow or (self._ways.coasts and nav.surge_mps > asked.surge_mps + _COASTS_MPS)
+        around = _Around(movers, self._near(water, nav), water, drifts)
         before, self._taken = self._taken, None
         if not slow or not (len(around.movers) or len(around.lying)):
             return None
@@ -146,7 +153,7 @@ class KeepingOff:
         do nothing. `otherwise`: where the boat is then. `before`: what was chosen last."""
         least_m = float(self._water_m(around, *otherwise)[0])
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
-        choices = self._choices(around, nav, cruise_mps, comes)
+        choices = self._choices(around, nav, cruise_mps, comes or self._ways.coasts or around.drifts)
         water_m = self._water_m(around, *self._ways.places(choices, nav))
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn

@@ -1,8 +1,9 @@
 """Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the slope of the
 bottom.
 
-CP_DEPTH_MIN is the least depth below the transducer. A shoal found becomes a circle ahead of the boat, larger each time
-that it is met again: so the boat turns back, and gropes its way round.
+CP_DEPTH_MIN is the least depth below the transducer and, by the slope, below the bow half a length ahead of it. A shoal
+found becomes a circle ahead of the boat, larger each time that it is met again: so the boat turns back, and gropes its
+way round.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ _AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
 _MOST_RADIUS_M = 25.0
 _SAME_M = 2.0
 _MOST = 200
+_MOVES_MPS = 0.1  # below it, the boat's course is noise
+_MET_M = 0.2  # before it: the boat that stops there comes no nearer
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,18 +43,22 @@ class _Shoal:
 
 class Shoals:
     """`update(depth, nav, now_s)` each tick and `take_ahead` each reading of a sounder that looks ahead. `circles`:
-    shoals found. `way_m`: way left until the water is too shallow, by the slope; infinite where it does not become so.
+    shoals found. `way_m`: way left on the course until the water is too shallow for the bow, by the slope; infinite
+    where it does not become so.
 
-    Remembers the depths of the last 12 m of track, and at most 200 shoals.
+    Remembers the depths of the last 12 m of track, the last course, and at most 200 shoals.
     """
 
     def __init__(self, length_m: float, parameters: Parameters) -> None:
         self._length_m = length_m
+        self._ahead_m = 0.5 * length_m  # of the transducer, to the bow
         self._parameters = parameters
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
         self._shoals: list[_Shoal] = []
         self._shallow_s: float | None = None
         self._read_s = -math.inf
+        self._course: tuple[float, float] | None = None
+        self._left_m = math.inf  # for the transducer
         self.way_m = math.inf
         self.shallow_m: float | None = None  # depth, while it is too little
         self.found: float | None = None  # depth of a shoal found in this tick
@@ -73,13 +80,15 @@ class Shoals:
             last = self._track[-1] if self._track else None
             if last is None or math.dist(last[:2], (nav.north_m, nav.east_m)) >= _STEP_M:
                 self._track.append((nav.north_m, nav.east_m, depth.below_transducer_m))
-        self.way_m = max(0.0, self._way_left_m(depth.below_transducer_m - least_m, nav))
-        if depth.below_transducer_m >= least_m:
+        self._mind_course(nav)
+        self._left_m = self._way_left_m(depth.below_transducer_m - least_m, nav)
+        self.way_m = max(0.0, self._left_m - self._ahead_m)
+        if depth.below_transducer_m >= least_m and self.way_m > _MET_M:
             self._shallow_s = self.shallow_m = None
             return
         self._shallow_s = now_s if self._shallow_s is None else self._shallow_s
         if now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
-            self.shallow_m = self.found = depth.below_transducer_m
+            self.shallow_m = self.found = self._under_bow_m(depth.below_transducer_m, least_m)
             self._meet(nav, now_s)
 
     def take_ahead(self, reading: DepthAhead, nav: NavState, now_s: float) -> None:
@@ -94,14 +103,31 @@ class Shoals:
         """Forget all shoals."""
         self._shoals.clear()
 
-    def _way_left_m(self, water_m: float, nav: NavState) -> float:
-        """By the slope of the bottom along the boat's course."""
-        speed = math.hypot(nav.north_mps, nav.east_mps)
-        if len(self._track) < _LEAST_SAMPLES or speed < 0.1:
+    def way_along_m(self, along: tuple[float, float]) -> float:
+        """As `way_m` in the direction of the unit vector `along` (north, east). Across the track the bottom counts as
+        level."""
+        if self._course is None or math.isinf(self.way_m):
             return math.inf
-        course = nav.north_mps / speed, nav.east_mps / speed
+        share = self._course[0] * along[0] + self._course[1] * along[1]
+        return max(0.0, self._left_m / share - self._ahead_m) if share > 0.0 else math.inf
+
+    def _under_bow_m(self, depth_m: float, least_m: float) -> float:
+        """Depth below the bow by the slope; below the transducer where that is too little already."""
+        if depth_m < least_m or math.isinf(self._left_m):
+            return depth_m
+        return depth_m - (depth_m - least_m) * self._ahead_m / self._left_m
+
+    def _mind_course(self, nav: NavState) -> None:
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        if speed >= _MOVES_MPS:
+            self._course = nav.north_mps / speed, nav.east_mps / speed
+
+    def _way_left_m(self, water_m: float, nav: NavState) -> float:
+        """By the slope of the bottom along the boat's course, the last one of a boat that has stopped."""
+        if len(self._track) < _LEAST_SAMPLES or self._course is None:
+            return math.inf
         samples = np.asarray(self._track)
-        slope = min(_slope(samples, nav, course), _slope(samples[-_LEAST_SAMPLES:], nav, course))
+        slope = min(_slope(samples, nav, self._course), _slope(samples[-_LEAST_SAMPLES:], nav, self._course))
         return water_m / -slope if slope < -1e-3 else math.inf
 
     def _meet(self, nav: NavState, now_s: float) -> None:

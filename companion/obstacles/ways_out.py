@@ -44,11 +44,14 @@ class Choices:
 
 
 class WaysOut:
-    """`choices(…)`: what the boat can do; `places(choices, nav)`: where it then is. Remembers nothing."""
+    """`choices(…)`: what the boat can do; `places(choices, nav)`: where it then is. `coasts`: it has no thrust astern.
+    Remembers nothing."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._parameters = parameters
         self._signs = (1.0, -1.0) if can_reverse(config.thrusters) else (1.0,)
+        self.coasts = not (can_reverse(config.thrusters) or config.has_sail)
+        self._hull = config.hull
         self._on_the_spot = turns_on_the_spot(config.thrusters)
 
     def choices(self, yaw_rad: float, speeds_mps: Sequence[float], out_m: float, turns: bool) -> Choices:
@@ -66,6 +69,8 @@ class WaysOut:
         asked, out = choices.surge_mps[:, None], choices.out_m[:, None]
         lag_s = _LAG / self._parameters["PATH_BW_SURGE"]
         speed = asked + (nav.surge_mps - asked) * np.exp(-times / lag_s)
+        if self.coasts:  # only the water brakes it
+            speed = np.maximum(speed, self._coasting_mps(nav))
         way = np.clip(_summed(0.5 * STEP_S * (speed[:, 1:] + speed[:, :-1])), -out, out)
         yaw = self._yaw_rad(choices, speed, nav)
         steps = np.diff(way)
@@ -75,6 +80,18 @@ class WaysOut:
             nav.north_m + _summed(steps * np.cos(middle)) + side_n,
             nav.east_m + _summed(steps * np.sin(middle)) + side_e,
         )
+
+    def _coasting_mps(self, nav: NavState) -> Floats:
+        """Speed over ground at `TIMES_S` of the hull without thrust, shape (1, k)."""
+        stream_mps = 0.0
+        if nav.current_north_mps is not None and nav.current_east_mps is not None:
+            stream_mps = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
+        water_mps, speeds = nav.surge_mps - stream_mps, []
+        for _ in TIMES_S:
+            speeds.append(stream_mps + water_mps)
+            slower = STEP_S * self._hull.drag_n(abs(water_mps)) / self._hull.m11_kg
+            water_mps -= math.copysign(min(abs(water_mps), slower), water_mps)
+        return np.asarray(speeds)[None, :]
 
     def _yaw_rad(self, choices: Choices, speed: Floats, nav: NavState) -> Floats:
         """Headings, shape (n, k). A rudder or a nozzle turns the boat by its way alone."""

@@ -14,6 +14,8 @@ from sitl.magnetometer import MAGNETIC_DRIVER
 from sitl.rough_water import is_rough, plant_name
 from sitl.scenarios.rig import Conditions
 
+_STREAM_STEERED = ("rudder", "jet")
+
 Ability = Callable[[VesselConfig], str | None]
 """Why a boat cannot do a scenario, in one sentence; None where it can."""
 
@@ -28,6 +30,30 @@ def sideways(config: VesselConfig) -> str | None:
 def comes_back(config: VesselConfig) -> bool:
     """Whether it holds by coming back to its point: under sail, and without way astern."""
     return config.has_sail or not any(thruster.pushes_astern for thruster in config.thrusters)
+
+
+def drifting(config: VesselConfig) -> str | None:
+    """It must hold by coming back to its point."""
+    if comes_back(config):
+        return None
+    other = "hold" if config.limits.sway_n > 0.0 else "bow_hold"
+    return f"it is about boats that drift in Hold and sail back, and this one stays at its point; try {other}"
+
+
+def astern(config: VesselConfig) -> str | None:
+    """It must be able to sail stern first."""
+    if not any(thruster.pushes_astern for thruster in config.thrusters):
+        return "it needs way astern, and this boat has none; try mission_square"
+    if any(thruster.kind in _STREAM_STEERED for thruster in config.thrusters):
+        return "it needs steering astern, and this boat steers by a stream that goes ahead only; try mission_square"
+    return None
+
+
+def turning(config: VesselConfig) -> str | None:
+    """It must be able to turn on the spot."""
+    if astern(config) is None:
+        return None
+    return "it needs a turn on the spot, and this boat turns by its way alone; gnss_dropout measures its estimate"
 
 
 def berth(config: VesselConfig) -> str | None:

@@ -73,25 +73,30 @@ def _coasting_m(hull: HullConfig, speed_mps: float) -> float:
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    """Way and time to rest, and how far the boat goes from there."""
+    """Speed through the water before, way and time to rest, and how far the boat goes from there."""
     track = between(read_truth(folder), asked["from_s"])
     parameters = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["parameters"]
     start = track[0]
     rest = next((row for row in track if abs(row["surge_mps"]) <= _REST_MPS), track[-1])
     after = between(track, rest["t_s"])
     metrics = {
-        "speed_mps": asked["speed_mps"],
+        "speed_mps": asked["speed_mps"] - _stream_mps(start),
         "way_m": math.dist(_place(start), _place(rest)),
         "time_s": rest["t_s"] - start["t_s"],
         "moves_on_m": max(math.dist(_place(row), _place(rest)) for row in after),
     }
     checks = (
-        Check("speed before", metrics["speed_mps"], number(settings, "fast"), "m/s", at_least=True),
+        Check("speed through the water before", metrics["speed_mps"], number(settings, "fast"), "m/s", at_least=True),
         Check("way to rest", metrics["way_m"], asked["way_m"], "m"),
         Check("time to rest", metrics["time_s"], asked["time_s"], "s"),
         Check("from the place of rest afterwards", metrics["moves_on_m"], parameters["DP_ALARM_R"], "m"),
     )
     return metrics, checks
+
+
+def _stream_mps(row: Mapping[str, float]) -> float:
+    """The current along the hull."""
+    return row["current_north_mps"] * math.cos(row["yaw_rad"]) + row["current_east_mps"] * math.sin(row["yaw_rad"])
 
 
 def _place(row: Mapping[str, float]) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from sitl.noise import stream
 from sitl.obstacles import Obstacles, RoundObstacle, between_m
 from sitl.scenarios.figure import finish_chart, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
-from sitl.scenarios.measure import Check, Track, between, read_events, read_truth
+from sitl.scenarios.measure import Check, Track, between, distance_to, read_events, read_truth
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, Settings
 
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 _MISSION, _HOLD = 0x04040000, 0x03040000
 _ROUTE_M, _BESIDE_M = 100.0, 30.0
+_BEYOND_M, _BEHIND_M = 20.0, 15.0  # of the fence, from the ends of the route
+_PLANNED_M = 15.0  # least water beside the route, and _ENDS_M beyond its ends, that the fence leaves to plans
+_ENDS_M = 5.0
 _FIELD_M = (18.0, 86.0)  # of the route, with obstacles
 _CLEAR_M = 10.0  # around both ends of the route
 _RADII_M = (0.5, 2.5)
@@ -66,12 +69,15 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     home = LocalFrame(rig.config.home.lat_deg, rig.config.home.lon_deg)
     draws = stream(rig.world.seed, "obstacles")
     gcs.ready()
-    gcs.upload(_fence(home), mavlink.MAV_MISSION_TYPE_FENCE)
+    beside_m = _upload_fence(gcs, home)
     gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(_ROUTE_M, 0.0))])
     count = int(settings["count"])
     rig.world.obstacles.round += lying(draws, count - 1)
     rig.world.obstacles.round.append(moving(draws, rig.now_s, speed_mps))
-    return sail_to_end(gcs, speed_mps, "the end of the route, or Hold", _TIMEOUT_S, _STAY_S)
+    return {
+        **sail_to_end(gcs, speed_mps, "the end of the route, or Hold", _TIMEOUT_S, _STAY_S),
+        "beside_m": beside_m,
+    }
 
 
 def sail_to_end(gcs: GroundStation, speed_mps: float, end: str, timeout_s: float, stay_s: float) -> dict[str, Any]:
@@ -92,6 +98,7 @@ def sail_to_end(gcs: GroundStation, speed_mps: float, end: str, timeout_s: float
         "reached": 0 in gcs.reached,
         "length_m": rig.config.length_m,
         "beam_m": rig.config.beam_m,
+        "drifts_m": None if rig.config.limits.sway_n > 0.0 else gcs.parameter("DP_ALARM_R"),
     }
 
 
@@ -100,12 +107,18 @@ def _is_holding(gcs: GroundStation) -> bool:
     return int(gcs.last["HEARTBEAT"].custom_mode) == _HOLD
 
 
-def _fence(home: LocalFrame) -> list[Item]:
-    """A rectangle around the field."""
-    south_m, north_m = -15.0, _ROUTE_M + 20.0
-    corners = ((north_m, -_BESIDE_M), (north_m, _BESIDE_M), (south_m, _BESIDE_M), (south_m, -_BESIDE_M))
+def _upload_fence(gcs: GroundStation, home: LocalFrame) -> float:
+    """A rectangle around the field, and wider for a boat that keeps far from its fence. Returns its half width."""
+    config = gcs.rig.config
+    kept_m = 0.5 * config.length_m + config.parameters.get("FENCE_MARGIN", 0.0)
+    beside_m = max(_BESIDE_M, kept_m + _PLANNED_M)
+    north_m = _ROUTE_M + max(_BEYOND_M, kept_m + _ENDS_M)
+    south_m = -max(_BEHIND_M, kept_m + _ENDS_M)
+    corners = ((north_m, -beside_m), (north_m, beside_m), (south_m, beside_m), (south_m, -beside_m))
     command, frame = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_FRAME_GLOBAL
-    return [Item(command, *home.to_geodetic(*corner), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for corner in corners]
+    fence = [Item(command, *home.to_geodetic(*corner), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for corner in corners]
+    gcs.upload(fence, mavlink.MAV_MISSION_TYPE_FENCE)
+    return beside_m
 
 
 def hull_of(row: dict[str, float], length_m: float, beam_m: float) -> list[tuple[float, float]]:
@@ -139,11 +152,11 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "beside_m": max(abs(east) for row in track for _, east in hull_of(row, asked["length_m"], asked["beam_m"])),
         "rounds": float(sum(event.name == "obstacle_round" for event in events)),
         "time_s": asked["ended_s"] - asked["started_s"],
-        "speed_at_end_mps": math.hypot(track[-1]["surge_mps"], track[-1]["sway_mps"]),
+        **at_end(track, asked),
     }
     checks = (
         Check("water between hull and obstacles", metrics["clear_water_m"], 0.3, "m", at_least=True),
-        Check("the hull stays inside the fence", metrics["beside_m"], _BESIDE_M, "m"),
+        Check("the hull stays inside the fence", metrics["beside_m"], asked["beside_m"], "m"),
         Check(
             "route completed, or declared impossible",
             metrics["reached"] + metrics["declared_impossible"],
@@ -151,9 +164,25 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
             "",
             at_least=True,
         ),
-        Check("speed at the end", metrics["speed_at_end_mps"], 0.3, "m/s"),
+        held(metrics, asked),
     )
     return metrics, checks
+
+
+def at_end(track: Track, asked: dict[str, Any]) -> dict[str, float]:
+    """Speed in the last row, and the farthest that the boat is from where its voyage ended."""
+    stay = between(track, asked["ended_s"])
+    return {
+        "speed_at_end_mps": math.hypot(track[-1]["surge_mps"], track[-1]["sway_mps"]),
+        "moves_on_m": max(distance_to(row, stay[0]["north_m"], stay[0]["east_m"]) for row in stay),
+    }
+
+
+def held(metrics: dict[str, float], asked: dict[str, Any]) -> Check:
+    """It lies still at the end; without sideways thrust, it moves about within its circles."""
+    if asked["drifts_m"] is None:
+        return Check("speed at the end", metrics["speed_at_end_mps"], 0.3, "m/s")
+    return Check("from where the voyage ended", metrics["moves_on_m"], asked["drifts_m"], "m")
 
 
 def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:

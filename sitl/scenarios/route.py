@@ -14,13 +14,13 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import route_plot
 from sitl.scenarios.ground_station import GroundStation, Item
-from sitl.scenarios.measure import Check, Point, between, closest, read_truth, rms
+from sitl.scenarios.measure import Check, Point, between, closest, read_truth, receiver_error_m, rms
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.route_measure import follow, line, most_turn_rad, percentile, reached_rows
 from sitl.scenarios.routes import ROUTES, transects
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
 
-RADIUS_M = 5.0  # as in the thesis
+RADIUS_M = 5.0  # as in the thesis; a boat whose own radius is larger turns there
 _MISSION = 0x04040000
 _SLOWEST_MPS = 0.4  # mean over the whole route; a slower boat circles or is stuck
 _GAINS = ("WPT_KP_YAW", "WPT_KI_YAW", "WPT_KD_YAW")
@@ -60,7 +60,14 @@ def _sail(gcs: GroundStation, waypoints: Sequence[Point]) -> dict[str, Any]:
         "announced": len(set(gcs.reached)),
         "vessel": gcs.rig.config.name,
         "config": gcs.rig.config,
+        "radius_m": _radius_m(gcs),
     }
+
+
+def _radius_m(gcs: GroundStation) -> float:
+    """How near a waypoint must be passed: where a boat turns earlier, by its own radius, as its receiver knows it."""
+    own_m = gcs.rig.config.parameters.get("NAV_ACC_RAD", 0.0)
+    return max(RADIUS_M, own_m + receiver_error_m(gcs.rig.conditions.gnss) if own_m > RADIUS_M else 0.0)
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
@@ -95,7 +102,7 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
     waypoints = asked["waypoints"]
     path = line(waypoints, kind)
     sailed = follow(track, path)
-    rows = reached_rows(track, waypoints[1:], RADIUS_M)
+    rows = reached_rows(track, waypoints[1:], asked["radius_m"])
     errors = [abs(error) for error in sailed.error_m]
     done = len(rows) == len(waypoints) - 1 and asked["announced"] == len(waypoints) - 1
     power, variation = thrust(regular(track), asked["config"])

@@ -11,6 +11,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
+from sitl.scenarios.boat import astern
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, closest, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
@@ -121,6 +122,7 @@ SCENARIO = Scenario(
     vessel="aboat",
     defaults={"side": "30", "wind": "", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
     by_vessel={"cybership2": {"side": "10"}, "wamv16": {"side": "50"}},
+    needs=(astern,),
     sail=sail,
     measure=measure,
     lasts_s=300.0,

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from sitl.scenarios.boat import drifting
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth
 from sitl.scenarios.scenario import Scenario, Settings, number
@@ -68,6 +69,7 @@ SCENARIO = Scenario(
         "model_error": "",
         "plant": "",
     },
+    needs=(drifting,),
     sail=sail,
     measure=measure,
 )

@@ -63,6 +63,8 @@ def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
         "reached": False,
         "length_m": 2.0,
         "beam_m": 1.0,
+        "beside_m": 30.0,
+        "drifts_m": None,
     }
     for name, failing in (
         ("obstacles", {"water between hull and obstacles", "route completed, or declared impossible"}),

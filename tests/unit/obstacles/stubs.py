@@ -25,6 +25,9 @@ Place = tuple[float, float]
 class NoShoals:
     way_m: float = float("inf")
 
+    def way_along_m(self, along: Place) -> float:
+        return self.way_m
+
 
 @dataclass
 class Seen:
@@ -51,6 +54,7 @@ class Sailing:
 
     way: Sequence[Place] = ()
     goes_round: bool = False
+    drifts: bool = False
     docking: bool = False
     id: ModeId = ModeId.MISSION
     found: object = None

@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Point, box
 
-from companion.config.vessel import find, load
-from companion.core.actuation import Wrench
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.decision import ModeInputs
 from companion.core.estimate import Contact
 from companion.core.events import EventLog
-from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, WrenchSetpoint
 from companion.fence.allowed import Way
 from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.guard import ObstacleGuard
@@ -27,21 +27,21 @@ from tests.unit.estimates import AT_REST
 from tests.unit.obstacles.charted import FRAME, feature
 from tests.unit.obstacles.stubs import NoTraffic, Sailing, Seen, no_fence
 
-OTTER = load(find("otter"))
+OTTER, JET = load(find("otter")), load(find("rescuerunner"))
 STOP_M = 1.0 + 0.3 * 3.0  # from the middle of the boat: half its length, and the share of CP_DIST
 
 
 class Bridge:
     """One guard, its surroundings and its time."""
 
-    def __init__(self, *circles: tuple[float, float, float]) -> None:
+    def __init__(self, *circles: tuple[float, float, float], config: VesselConfig = OTTER) -> None:
         self.parameters = Parameters()
         self.seen = Seen(np.array(circles, dtype=float).reshape(-1, 3))
         self.events = EventLog()
-        self.chart = ChartKeeper(OTTER, self.parameters, lambda: FRAME)
-        fence = no_fence(OTTER, self.parameters)
+        self.chart = ChartKeeper(config, self.parameters, lambda: FRAME)
+        fence = no_fence(config, self.parameters)
         around: Any = self.seen
-        self.guard = ObstacleGuard(OTTER, self.parameters, around, fence, self.events, self.chart)
+        self.guard = ObstacleGuard(config, self.parameters, around, fence, self.events, self.chart)
         self.now_s = 0.0
 
     def steer(self, setpoint: Setpoint, mode: Sailing, dt_s: float = 0.5, **nav: float) -> Setpoint:
@@ -230,3 +230,22 @@ def test_a_boat_that_drifts_onto_what_lies_keeps_off() -> None:
     assert isinstance(got, PathSetpoint) and got.surge_mps < -0.1
     still = Bridge((0.9, 3.2, 0.7))
     assert still.steer(PathSetpoint(0.0), mode) == PathSetpoint(0.0)
+
+
+def test_in_hold_a_boat_that_cannot_keep_its_point_keeps_off_what_lies_in_its_watch_circle() -> None:
+    """It lets itself be carried, without thrust: kayaks, dinghies and launches drifted onto stones that they saw."""
+    carried, drift = WrenchSetpoint(ZERO_WRENCH), {"sway_mps": 0.15, "east_mps": 0.15}
+    for mode, keeps_off in ((Sailing(drifts=True), True), (Sailing(), False)):
+        got = Bridge((0.9, 2.4, 0.7)).steer(carried, mode, **drift)
+        assert isinstance(got, PathSetpoint) == keeps_off, "one that keeps its point stays there"
+
+
+def test_without_thrust_astern_and_without_a_way_a_boat_coasts() -> None:
+    """Thrust that turns it along its old way would speed it up, and it could not stop."""
+    ring = [(24.0 + 8.0 * math.cos(a), 8.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]
+    bridge = Bridge(*ring, config=JET)
+    mode = Sailing([(0.0, 0.0), (24.0, 0.0)], goes_round=True)
+    asked = PathSetpoint(0.3, surge_mps=2.0)
+    got = [bridge.steer(asked, mode, **motion(2.0, 0.0)) for _ in range(6)]
+    assert isinstance(got[0], PathSetpoint) and 0.0 < got[0].surge_mps < 2.0, "a way may still be found"
+    assert got[-1] == WrenchSetpoint(ZERO_WRENCH)

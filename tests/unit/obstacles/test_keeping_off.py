@@ -15,13 +15,15 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import Contact, NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import PathSetpoint
+from companion.guidance.coasting import Coasting
 from companion.obstacles.braking import Braking
 from companion.obstacles.keeping_off import KeepingOff
+from companion.obstacles.ways_out import Choices, WaysOut
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
 from tests.unit.obstacles.stubs import no_fence
 
-OTTER = load(find("otter"))
+OTTER, JET = load(find("otter")), load(find("rescuerunner"))
 DT_S = 0.2
 RADIUS_M, SPEED_MPS = 1.6, 0.5
 NEAR_M = 4.5  # between the middles, when what comes is noticed
@@ -74,3 +76,22 @@ def test_it_clears_what_comes_late_from_any_side(from_deg: int) -> None:
     """There are 1.9 m of water when it is noticed. Ahead and astern alone, a boat went along the other's track, and kept
     half of that."""
     assert min(least_water_m(math.radians(from_deg), beside_m) for beside_m in (-1.0, 0.0, 1.0, 2.0)) > 1.5
+
+
+def test_a_boat_without_thrust_astern_turns_away_from_what_it_cannot_stop_for() -> None:
+    """A stone a little to port, nearer than it coasts."""
+    parameters = Parameters(JET.parameters)
+    keeping = KeepingOff(JET, parameters, no_fence(JET, parameters), Braking(JET, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([(9.0, -1.0, 1.0)]), chart=None)
+    nav = replace(AT_REST, surge_mps=2.0, north_mps=2.0)
+    away = keeping.update(PathSetpoint(0.0, surge_mps=0.3), [], water, nav, 1.0, 0.0)
+    assert away is not None and 0.1 < wrap_pi(away.yaw_rad) < 2.0, "to starboard"
+
+
+def test_a_boat_without_thrust_astern_is_expected_to_go_as_far_as_it_coasts() -> None:
+    stops = Choices(np.zeros(1), np.zeros(1), np.full(1, math.inf))
+    nav = replace(AT_REST, surge_mps=1.5, north_mps=1.5)
+    north, _ = WaysOut(JET, Parameters(JET.parameters)).places(stops, nav)
+    assert north[0, -1] == pytest.approx(Coasting(JET.hull, 5.0).way_m(1.5), rel=0.15)
+    north, _ = WaysOut(OTTER, Parameters(OTTER.parameters)).places(stops, nav)
+    assert north[0, -1] < 4.0, "an Otter reverses"

@@ -12,11 +12,13 @@ from companion.obstacles.shoals import Shoals
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
 
+LENGTH_M = 2.0
 
-def shoals(least_m: float = 1.5) -> Shoals:
+
+def shoals(least_m: float = 1.5, length_m: float = LENGTH_M) -> Shoals:
     parameters = Parameters()
     parameters.set("CP_DEPTH_MIN", least_m)
-    return Shoals(2.0, parameters)
+    return Shoals(length_m, parameters)
 
 
 def sail(watch: Shoals, depths: list[float], from_s: float = 0.0) -> None:
@@ -30,7 +32,27 @@ def sail(watch: Shoals, depths: list[float], from_s: float = 0.0) -> None:
 def test_the_slope_says_when_it_becomes_shallow() -> None:
     watch = shoals()
     sail(watch, [6.0 - 0.1 * k for k in range(20)])  # 0.2 m for each metre; 4.1 m deep at the end
-    assert watch.way_m == pytest.approx((4.1 - 1.5) / 0.2, rel=0.05) and not watch.circles
+    assert watch.way_m == pytest.approx((4.1 - 1.5) / 0.2 - 0.5 * LENGTH_M, rel=0.05) and not watch.circles
+
+
+def test_a_long_boat_turns_back_when_its_bow_comes_to_the_shoal() -> None:
+    """Below its transducer there is 1 m more than the least. Once it went on until that was gone."""
+    depths = [4.7 - 0.1 * k for k in range(23)]
+    short, long = shoals(), shoals(length_m=12.0)
+    sail(short, depths)
+    sail(long, depths)
+    assert not short.circles and long.circles
+    assert long.shallow_m == pytest.approx(1.5, abs=0.15), "below the bow"
+
+
+def test_way_is_left_where_the_bottom_does_not_rise() -> None:
+    watch = shoals()
+    sail(watch, [3.9 - 0.1 * k for k in range(20)])
+    stopped = replace(AT_REST, north_m=9.5)
+    watch.update(Depth(10.0, "sounder", 1.9), stopped, 10.0)
+    assert watch.way_along_m((1.0, 0.0)) == pytest.approx(1.0, abs=0.1), "at rest too"
+    assert watch.way_along_m((math.sqrt(0.5), math.sqrt(0.5))) == pytest.approx(2.0 * math.sqrt(2.0) - 1.0, abs=0.2)
+    assert math.isinf(watch.way_along_m((-1.0, 0.0))) and math.isinf(watch.way_along_m((0.0, 1.0)))
 
 
 def test_a_level_bottom_and_a_parameter_of_0_ask_for_nothing() -> None:

@@ -39,6 +39,20 @@ def test_a_boat_that_lacks_something_is_told_what_to_do(name: str, vessel: str, 
         run(SCENARIOS[name], no_rig, tmp_path, vessel=vessel)
 
 
+@pytest.mark.parametrize(
+    ("name", "vessel", "reason"),
+    [
+        ("stern_first", "rescuerunner", "it needs way astern"),
+        ("lever_arm", "rescuerunner", "it needs a turn on the spot"),
+        ("watch_circle", "aboat", "stays at its point; try hold"),
+        ("watch_circle", "otter", "stays at its point; try bow_hold"),
+    ],
+)
+def test_a_boat_that_moves_otherwise_is_told_so(name: str, vessel: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=f"{name} is not for {vessel}: .*{reason}"):
+        run(SCENARIOS[name], no_rig, tmp_path, vessel=vessel)
+
+
 def test_the_remedies_help(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="must not start"):
         run(SCENARIOS["identify"], no_rig, tmp_path, vessel="wamv16", changes={"hull": "as_modelled"})
