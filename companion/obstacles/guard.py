@@ -181,7 +181,9 @@ class ObstacleGuard:
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not (mode.goes_round or mode.drifts):
             return stopped
-        movers, water, nav = self._around.movers(inputs.now_s), self.water.now, inputs.nav
+        water, nav = self.water.now, inputs.nav
+        # In Hold it keeps off what lies alone: it would flee the dinghy that fetches it.
+        movers = self._around.movers(inputs.now_s) if mode.goes_round else ()
         aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, mode.drifts)
         if aside is None:
             return stopped
