@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.foresight import FAR_OFF_RAD, Foreseen, Foresight
+from companion.allocation.foresight import FAR_OFF_RAD, ThrusterPlan, Foresight
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
@@ -159,7 +159,7 @@ class Allocator(_AllocatorBase):
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
         self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
-        self._foreseen: Foreseen | None = None  # for this cycle
+        self._foreseen: ThrusterPlan | None = None  # for this cycle
         self._short = False
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
@@ -208,7 +208,7 @@ class Allocator(_AllocatorBase):
         self._useful = max(0.0, self._off(wrench, ZERO_WRENCH) - self._lacking)
         return allocation
 
-    def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> Foreseen | None:
+    def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> ThrusterPlan | None:
         """Where to point the thrusters for what the planned path will demand; None where that makes no difference, and
         while one turns round."""
         if not ahead or self._alone or any(azimuth is not None for azimuth in self._crossing):
@@ -336,7 +336,7 @@ class Allocator(_AllocatorBase):
             problem.force_low_n[i] = min(most, max(least, 0.0))
             problem.force_high_n[i] = max(least, min(most, useful_n))
 
-    def _follow(self, i: int, t: Thruster, foreseen: Foreseen) -> None:
+    def _follow(self, i: int, t: Thruster, foreseen: ThrusterPlan) -> None:
         """Turn one thruster, and let it push, as foreseen."""
         problem = self._problem
         low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]

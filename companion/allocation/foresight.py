@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Foreseen:
+class ThrusterPlan:
     """What to do in this cycle: forces in N and azimuths in rad, one for each thruster."""
 
     forces_n: tuple[float, ...]
@@ -76,7 +76,7 @@ class Foresight:
         forces_n: Sequence[float],
         azimuths_rad: Sequence[float],
         dt_s: float,
-    ) -> Foreseen | None:
+    ) -> ThrusterPlan | None:
         """Forces and azimuths to go to within `dt_s`; None where there is nothing to foresee, or no solution.
         `demands`: wrenches, the first now. `inverse`: the unconstrained solution of the thrusters that work. `failed`:
         the others."""
@@ -92,7 +92,7 @@ class Foresight:
         if not self._solve(_Cycle(wanted, aim, now, there, working, dt_s)):
             self.reset()
             return None
-        return Foreseen(tuple(self._forces[0].tolist()), tuple(self._azimuths[0].tolist()))
+        return ThrusterPlan(tuple(self._forces[0].tolist()), tuple(self._azimuths[0].tolist()))
 
     @property
     def _rates(self) -> Floats:

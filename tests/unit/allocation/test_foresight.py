@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from companion.allocation.allocator import Allocator
-from companion.allocation.foresight import Foreseen, Foresight
+from companion.allocation.foresight import ThrusterPlan, Foresight
 from companion.allocation.geometry import thrusters_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.config.vessel import VesselConfig, find, load
@@ -139,7 +139,7 @@ def test_whatever_is_demanded_limits_and_rates_are_kept(
 def test_a_solution_that_is_moved_on_stays_near_the_next() -> None:
     """Each cycle begins at the last one's solution: from a steady demand ahead it does not wander."""
     foresight, inverse = foresight_of(ABOAT)
-    last: Foreseen | None = None
+    last: ThrusterPlan | None = None
     forces_n, azimuths = [30.0, 30.0], [0.0, 0.0]
     for _ in range(80):
         found = foresight.update([BEND] * 11, inverse, (), forces_n, azimuths, DT_S)
