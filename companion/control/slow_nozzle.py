@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.actuation import ZERO_WRENCH
 
 _LAG_S = 0.3  # from a command to the nozzle's motion
 _LEAST_SHARE = 0.05  # of the surge limit: with less thrust than that no nozzle steers

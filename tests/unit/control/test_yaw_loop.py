@@ -80,9 +80,7 @@ def slowed(rate_dps: float = 14.0) -> YawLoop:
 
 def asked_nm(loop: YawLoop, pushed_nm: float, off_deg: float, turning_dps: float) -> float:
     """With `off_deg` left of a turn, at that rate, while the nozzle still gives `pushed_nm`."""
-    nav = replace(
-        NO_ESTIMATE, yaw_rad=-math.radians(off_deg), yaw_rate_radps=math.radians(turning_dps), surge_mps=5.0
-    )
+    nav = replace(NO_ESTIMATE, yaw_rad=-math.radians(off_deg), yaw_rate_radps=math.radians(turning_dps), surge_mps=5.0)
     loop.pushes(Wrench(1300.0, 0.0, pushed_nm))
     return loop.moment_nm(PathSetpoint(0.0, 5.0), nav, BiasForce(JET_BOAT.limits), 0.0)
 

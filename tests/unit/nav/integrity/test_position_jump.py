@@ -93,7 +93,9 @@ def test_a_receiver_without_corrections_that_lies_on_does_not_come_to_agree() ->
     jump = PositionJump()
     plain: dict[str, object] = {"sigma_m": 2.0, "estimate_sigma_m": 1.2, "fix": FixType.FIX_3D}
     fixes(jump, [(0.0, 5.0, 0.0)], **plain)
-    verdicts = fixes(jump, [(5.0, 30.0, 10.0), *((s, s + 1.0, 40.0 - s) for s in range(30, 34)), (34.0, 60.0, 7.0)], **plain)
+    verdicts = fixes(
+        jump, [(5.0, 30.0, 10.0), *((s, s + 1.0, 40.0 - s) for s in range(30, 34)), (34.0, 60.0, 7.0)], **plain
+    )
     assert set(verdicts) == {Verdict.REJECT} and found(jump, 60.0)
     fixes(jump, [(60.0, 62.0, 4.0)], **plain)
     assert not found(jump, 62.0), "nearer to the estimate than to where it jumped to"
