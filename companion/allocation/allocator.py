@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.foresight import FAR_OFF_RAD, ThrusterPlan, Foresight
+from companion.allocation.foresight import FAR_OFF_RAD, Foresight, ThrusterPlan
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem

@@ -10,6 +10,8 @@ _LAG_S = 0.25  # with which a steering gear closes the last of its way: farther 
 _REACTION_S = 0.3  # from a command to the motion that is reported
 _SPAN_S = 0.3  # over which a rate is measured
 _LEARN_S = 0.6
+_LAGGING_SHARE = 0.4  # of the rate at which such a gear closes its way: what turns more slowly is at its limit
+_LEAST_WAY_RAD = math.radians(5.0)  # beyond play
 _STANDS_SHARE = 0.08  # of the configured rate: what turns more slowly is stuck, not slow
 _CHANGED_SHARE = 0.1  # of the rate: a change that matters
 _SETTLED_SHARE = 0.2  # of a measured rate: so near to it, the next one confirms it
@@ -20,15 +22,16 @@ class TurnRate:
     """Commands and reports of one thruster → its rate of turn.
 
     `rate_radps` is never above the configured rate. A rate counts while the command is so far ahead that a gear with a
-    short lag would turn at its full rate. Remembers the rate, the last
-    measurement and whether it confirms the one before, the rate used last, the last report, and since when the command
-    has been ahead.
+    short lag would turn at its full rate, or much faster than this one does. Remembers the rate, the last measurement
+    and whether it confirms the one before, the rate used last, the last report, and since when and by how much at least
+    the command has been ahead.
     """
 
     __slots__ = (
         "_ahead_s",
         "_configured_radps",
         "_last",
+        "_least_rad",
         "_seen_radps",
         "_side",
         "_span_s",
@@ -49,6 +52,7 @@ class TurnRate:
         self._seen_radps = 0.0
         self._last: tuple[float, float] | None = None  # time and azimuth of the last report
         self._ahead_s = self._span_s = self._way_rad = self._side = 0.0
+        self._least_rad = math.inf
 
     @property
     def slow(self) -> bool:
@@ -64,10 +68,11 @@ class TurnRate:
             return False
         dt_s, ahead_rad = t_s - last[0], wrap_pi(command_rad - last[1])
         side = math.copysign(1.0, ahead_rad)
-        if abs(ahead_rad) < _LAG_S * self.rate_radps or side != self._side:
+        if abs(ahead_rad) < min(_LEAST_WAY_RAD, _LAG_S * self.rate_radps) or side != self._side:
             self._restart(side)
             return False
         self._ahead_s += dt_s
+        self._least_rad = min(self._least_rad, abs(ahead_rad))
         if self._ahead_s <= _REACTION_S:
             return False
         self._span_s += dt_s
@@ -76,11 +81,15 @@ class TurnRate:
 
     def _restart(self, side: float) -> None:
         self._side, self._ahead_s, self._span_s, self._way_rad = side, 0.0, 0.0, 0.0
+        self._least_rad = math.inf
 
     def _learn(self) -> bool:
-        seen_radps, span_s = self._way_rad / self._span_s, self._span_s
-        self._span_s = self._way_rad = 0.0
+        seen_radps, span_s, least_rad = self._way_rad / self._span_s, self._span_s, self._least_rad
+        self._span_s, self._way_rad, self._least_rad = 0.0, 0.0, math.inf
         if seen_radps < _STANDS_SHARE * self._configured_radps:
+            return False
+        limits = min(self.rate_radps, seen_radps / _LAGGING_SHARE)  # what the rate limits, no lag can
+        if least_rad < _LAG_S * limits:
             return False
         before, self._seen_radps = self._seen_radps, seen_radps
         self.settled = abs(seen_radps - before) < _SETTLED_SHARE * seen_radps

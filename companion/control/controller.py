@@ -117,6 +117,7 @@ class Controller:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
+        self._yaw.pushes(achieved)
         if not isinstance(setpoint, PoseSetpoint):
             self._positioning.restart()
             self._mean_wind.restart()

@@ -8,6 +8,7 @@ from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import pole_placement
 from companion.control.model import coriolis, damping
+from companion.control.slow_nozzle import SlowNozzle
 from companion.core.actuation import Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
@@ -22,7 +23,9 @@ _FORGET_S = 4.0  # such a turn changes what the weather's moment is
 # The share of the way to its stop that a nozzle must cover in 1/bandwidth: with less, its rate limit makes the loop
 # oscillate.
 _SWING_SHARE = 0.6
-_SLOW_SWING_SHARE = 1.0  # the same for one that turns slower than the file says: the loop may be oscillating already
+# The same for a rudder that turns slower than the file says: the loop may be oscillating already. What a nozzle still
+# does until it is back is foreseen.
+_SLOW_SWING_SHARE = 1.0
 _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset to learn
 _STALLED_SHARE = 0.25  # of the turn that is asked for
 # In which a stalled bow gets as much moment again as the loop gives it; once it is free, the same is forgotten.
@@ -39,6 +42,7 @@ class YawLoop:
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
         self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
+        self._nozzle = _nozzle(config)
         self.steers_at(self._configured_radps)
         self._heave_s = _heave_s(config)
         self._sails = config.has_sail
@@ -48,7 +52,15 @@ class YawLoop:
     def steers_at(self, rate_radps: float) -> None:
         """The rate at which the nozzle or the rudder turns, where it is not the configured one."""
         self._slow = rate_radps < self._configured_radps
-        self._most_radps = _followed_radps(self._config, rate_radps, _SLOW_SWING_SHARE if self._slow else _SWING_SHARE)
+        if self._nozzle is not None:
+            self._nozzle.rate_radps = rate_radps
+        cautious = self._slow and self._nozzle is None
+        self._most_radps = _followed_radps(self._config, rate_radps, _SLOW_SWING_SHARE if cautious else _SWING_SHARE)
+
+    def pushes(self, achieved: Wrench) -> None:
+        """What the thrusters gave in the last cycle, before each `moment_nm`."""
+        if self._nozzle is not None:
+            self._nozzle.pushed = achieved
 
     @property
     def late_s(self) -> float:
@@ -78,7 +90,7 @@ class YawLoop:
         """The moment that holds `setpoint.yaw_rad`, turning at `setpoint.yaw_rate_radps`, before saturation. `flow`:
         surge and sway through the water; None: over ground."""
         hull = self._hull
-        rate = setpoint.yaw_rate_radps
+        rate, yaw_rate = setpoint.yaw_rate_radps, nav.yaw_rate_radps
         error = wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         ahead = abs(nav.surge_mps)
         resisting = hull.damping.n_r + hull.damping.n_ur * ahead
@@ -93,13 +105,18 @@ class YawLoop:
         _, _, fastest_drag = damping(hull, ahead, 0.0, fastest)
         # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
         bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
-        pull = min(bound, max(-bound, error))
-        heave = self._heaved_nm(error, bound, nav.yaw_rate_radps, kd * fastest, dt_s)
+        heave = self._heaved_nm(error, bound, yaw_rate, kd * fastest, dt_s)
         u, v = (nav.surge_mps, nav.sway_mps) if flow is None else flow
         _, _, munk = coriolis(hull, u, v, 0.0)
         munk += hull.damping.n_uv * abs(u) * v
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
-        return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + heave + bias.in_body(nav.yaw_rad)[2]
+        held_nm = bias.in_body(nav.yaw_rad)[2]
+        if self._slow and self._nozzle is not None:
+            foreseen = self._nozzle.foreseen(drag + bounded_munk + held_nm, resisting)
+            error += (yaw_rate - rate) * foreseen.time_s + foreseen.turned_rad
+            yaw_rate += foreseen.grown_radps
+        pull = min(bound, max(-bound, error))
+        return drag + bounded_munk - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
 
     def _integral_share(self, rate_radps: float) -> float:
         """Integral action as a share of the bandwidth, in a turn at that rate. None under sail, where what turns the
@@ -146,6 +163,18 @@ def _gains(inertia_kgm2: float, drag: float, bandwidth_radps: float, integral: f
     return more * kp, more * ki, kd
 
 
+def _nozzle(config: VesselConfig) -> SlowNozzle | None:
+    """Of a jet that alone steers the boat."""
+    first = config.thrusters[0]
+    stops = _stops_rad(config)
+    return SlowNozzle(config, max(stops)) if first.kind == "jet" and stops else None
+
+
+def _stops_rad(config: VesselConfig) -> list[float]:
+    first = config.thrusters[0]
+    return [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
+
+
 def held_nm_per_rad(config: VesselConfig) -> float:
     """The moment for each radian off the heading, of a boat at rest: stronger weather turns its bow away from it."""
     bandwidth_radps = Parameters(config.parameters)["PATH_BW_YAW"]
@@ -168,8 +197,7 @@ def _heave_s(config: VesselConfig) -> float:
 
 def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:
     """The bandwidth that a jet's nozzle or a rudder can follow in large turns; infinite for other boats."""
-    first = config.thrusters[0]
-    stops = [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
+    first, stops = config.thrusters[0], _stops_rad(config)
     slow = first.kind in ("jet", "rudder", "sail") and stops
     return rate_radps / (swing_share * max(stops)) if slow else math.inf
 

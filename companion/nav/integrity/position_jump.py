@@ -24,6 +24,7 @@ _GAP_S = 1.3  # after a longer one, a fix is compared with the estimate: dead re
 _GAP_MPS = 0.1  # error of dead reckoning beyond its sigma
 _ESTIMATES = 4.0  # of the estimate's sigma
 _AGREES = 0.4  # of the jump, by which dead reckoning that has got worse may excuse it
+_BACK = 0.5  # of the jump: nearer to the estimate than to where it has jumped to, or it is not back
 _FRESH_S = 2.0  # of another receiver's fix
 
 
@@ -63,7 +64,7 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
                 receiver.noise.update(north, east)
         off_m = math.hypot(seen.off_north_m, seen.off_east_m)
         unsure_m = min(3.0 * seen.estimate_sigma_m, _AGREES * receiver.track.size)  # else all agrees in the end
-        receiver.track.compare(seen.t_s, off_m, bound_m + unsure_m)
+        receiver.track.compare(seen.t_s, off_m, min(bound_m + unsure_m, _BACK * receiver.track.size))
         return receiver.verdict
 
     def _unexplained(self, last: PositionSeen, seen: PositionSeen, bound_m: float) -> tuple[float, float]:

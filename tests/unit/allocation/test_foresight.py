@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from companion.allocation.allocator import Allocator
-from companion.allocation.foresight import ThrusterPlan, Foresight
+from companion.allocation.foresight import Foresight, ThrusterPlan
 from companion.allocation.geometry import thrusters_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.config.vessel import VesselConfig, find, load

@@ -36,8 +36,8 @@ class Nozzle:
             changes += self.turn.update(wanted, self._late.pop(0), self._now_s)
         return changes
 
-    def swing(self, times: int, seconds: float = 3.0) -> int:
-        return sum(self.hold(seconds, STOP_RAD * (-1) ** k) for k in range(times))
+    def swing(self, times: int, seconds: float = 3.0, by_rad: float = STOP_RAD) -> int:
+        return sum(self.hold(seconds, by_rad * (-1) ** k) for k in range(times))
 
 
 @pytest.mark.parametrize("rate_deg", [10.0, 14.0, 25.0])
@@ -46,6 +46,21 @@ def test_a_slow_nozzle_is_learned_in_a_few_swings(rate_deg: float, lag_s: float)
     nozzle = Nozzle(math.radians(rate_deg), lag_s)
     assert nozzle.swing(6) > 0
     assert math.degrees(nozzle.turn.rate_radps) == pytest.approx(rate_deg, rel=0.2) and nozzle.turn.slow
+
+
+def test_a_slow_nozzle_is_learned_before_a_bend_asks_for_all_of_it() -> None:
+    """A boat in waves asks for 10 degrees to either side; only commands 17 degrees away told, the first in a bend."""
+    nozzle = Nozzle(math.radians(14.0), 0.2)
+    nozzle.swing(10, 1.2, math.radians(10.0))
+    assert math.degrees(nozzle.turn.rate_radps) == pytest.approx(14.0, rel=0.2) and nozzle.turn.slow
+
+
+@pytest.mark.parametrize("lag_s", [0.05, 0.2, 0.3])
+def test_small_commands_do_not_make_a_nozzle_with_a_lag_a_slow_one(lag_s: float) -> None:
+    nozzle = Nozzle(CONFIGURED_RADPS, lag_s)
+    for degrees in (4.0, 8.0, 12.0):
+        nozzle.swing(10, 1.2, math.radians(degrees))
+    assert not nozzle.turn.slow and nozzle.turn.rate_radps > 0.5 * CONFIGURED_RADPS
 
 
 @pytest.mark.parametrize("lag_s", [0.05, 0.15])

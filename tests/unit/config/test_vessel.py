@@ -117,7 +117,8 @@ def test_cybership_is_as_published() -> None:
     assert (vessel.hull.m11_kg, vessel.hull.m22_kg, vessel.hull.m33_kgm2) == (25.8, 33.8, 2.76)
     assert vessel.sitl is not None and vessel.sitl.plants["basin"].hull == vessel.hull
     full = [thruster.max_n for thruster in vessel.thrusters]
-    assert full[0] + full[1] == vessel.limits.surge_n == 8.0 and vessel.limits.sway_n == vessel.limits.yaw_nm == 2.0
+    assert full[0] + full[1] == vessel.limits.surge_n == 8.0 and vessel.limits.yaw_nm == 2.0
+    assert vessel.limits.sway_n > 2.0 * full[2], "bow and stern push aside together"
     assert vessel.parameters["DPT_KD_YAW"] == 25.0
 
 

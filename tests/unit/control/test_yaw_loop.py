@@ -11,7 +11,7 @@ from companion.config.vessel import VesselConfig, bundled, find, load
 from companion.control.bias import BiasForce
 from companion.control.heading import YawLoop
 from companion.control.model import damping
-from companion.core.actuation import ZERO_WRENCH
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import NO_ESTIMATE
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint
 from companion.params.store import Parameters
@@ -78,6 +78,21 @@ def slowed(rate_dps: float = 14.0) -> YawLoop:
     return loop
 
 
+def asked_nm(loop: YawLoop, pushed_nm: float, off_deg: float, turning_dps: float) -> float:
+    """With `off_deg` left of a turn, at that rate, while the nozzle still gives `pushed_nm`."""
+    nav = replace(NO_ESTIMATE, yaw_rad=-math.radians(off_deg), yaw_rate_radps=math.radians(turning_dps), surge_mps=5.0)
+    loop.pushes(Wrench(1300.0, 0.0, pushed_nm))
+    return loop.moment_nm(PathSetpoint(0.0, 5.0), nav, BiasForce(JET_BOAT.limits), 0.0)
+
+
+def test_a_slow_nozzle_turns_back_before_the_boat_is_there() -> None:
+    """30 degrees before the end of a turn, with a nozzle that takes a second to come back: RescueRunner swung 30
+    degrees past its course, and 5 m past its track. What the nozzle no longer does is not waited for."""
+    assert asked_nm(slowed(), 500.0, 30.0, 30.0) < asked_nm(slowed(), 0.0, 30.0, 30.0) < 0.0
+    assert asked_nm(slowed(70.0), 500.0, 30.0, 30.0) == asked_nm(slowed(70.0), 0.0, 30.0, 30.0)
+    assert abs(asked_nm(slowed(), 0.0, 0.0, 0.0)) < 1.0e-9
+
+
 def learned_nm(loop: YawLoop, turning_radps: float, for_s: float, begin_nm: float = 0.0) -> float:
     """The moment that the loop learns from a steady error of 0.1 rad, in a turn at that rate."""
     bias = BiasForce(JET_BOAT.limits)
@@ -89,8 +104,8 @@ def learned_nm(loop: YawLoop, turning_radps: float, for_s: float, begin_nm: floa
 
 
 def test_a_loop_with_slow_steering_tells_by_how_much_it_is_later() -> None:
-    """At 14 degrees a second in place of 70 its bandwidth is 14/24 1/s in place of the parameter's 1.8."""
-    assert slowed().late_s == pytest.approx(24.0 / 14.0 - 1.0 / 1.8)
+    """At 14 degrees a second in place of 70 its bandwidth is 14/14.4 1/s in place of the parameter's 1.8."""
+    assert slowed().late_s == pytest.approx(14.4 / 14.0 - 1.0 / 1.8)
     assert slowed(70.0).late_s == 0.0
 
 

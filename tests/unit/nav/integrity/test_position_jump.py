@@ -87,6 +87,20 @@ def test_an_estimate_that_knows_less_and_less_does_not_follow() -> None:
     assert found(jump, 60.0)
 
 
+def test_a_receiver_without_corrections_that_lies_on_does_not_come_to_agree() -> None:
+    """Its claims and the estimate's doubts made 9 m of a jump of 10 m: a metre of wander was enough to be believed, and
+    the boat went 8 m with it."""
+    jump = PositionJump()
+    plain: dict[str, object] = {"sigma_m": 2.0, "estimate_sigma_m": 1.2, "fix": FixType.FIX_3D}
+    fixes(jump, [(0.0, 5.0, 0.0)], **plain)
+    verdicts = fixes(
+        jump, [(5.0, 30.0, 10.0), *((s, s + 1.0, 40.0 - s) for s in range(30, 34)), (34.0, 60.0, 7.0)], **plain
+    )
+    assert set(verdicts) == {Verdict.REJECT} and found(jump, 60.0)
+    fixes(jump, [(60.0, 62.0, 4.0)], **plain)
+    assert not found(jump, 62.0), "nearer to the estimate than to where it jumped to"
+
+
 def test_what_the_receiver_claims_is_no_jump() -> None:
     """2 m of a receiver without corrections, and the change to and from such a fix."""
     plain = PositionJump()
