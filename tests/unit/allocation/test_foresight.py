@@ -80,8 +80,8 @@ def moved_n(run: list[tuple[Wrench, Allocation]]) -> float:
 
 def test_a_corner_gets_more_of_its_wrench_by_quieter_thrust() -> None:
     blind, seeing = sailed(lambda _: ()), sailed(ahead_of)
-    assert worst_miss(seeing) < 0.8 * worst_miss(blind)
-    assert moved_n(seeing) < 0.85 * moved_n(blind)
+    assert worst_miss(seeing) < 0.7 * worst_miss(blind)
+    assert moved_n(seeing) < 0.95 * moved_n(blind)
 
 
 def test_on_a_leg_there_is_nothing_to_foresee() -> None:
