@@ -35,6 +35,7 @@ _SLACK = 1.2
 # cut, the place abeam moves faster than the boat.
 _STEP_M, _SPEED_STEP_MPS = 0.3, 0.1
 _PACES, _BRAKING = 2.5, 1.5
+_CORRECTING = 1.4  # times its yaw rate: how fast the heading of a plan, which PATH_YAW_RATE does not bound, comes to it
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
@@ -64,6 +65,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "replaced_s": replaced_s,
         "finished_s": gcs.rig.now_s,
         "rate_dps": gcs.parameter("PATH_YAW_RATE"),
+        "planned": gcs.parameter("PATH_EFFORT") > 0.0,
         "speed_mps": gcs.parameter("WP_SPEED"),
         "acceleration_mps2": gcs.parameter("PATH_ACC"),
         "vessel": gcs.rig.config.name,
@@ -94,12 +96,20 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     period_s = sorted(dt for _, _, dt in pairs)[len(pairs) // 2]
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     errors = [abs(row["cross_track_error_m"]) for row in ticks if not math.isnan(row["cross_track_error_m"])]
-    most_turn_deg = _SLACK * asked["rate_dps"] * period_s
+    rates = [
+        max(
+            math.radians(asked["rate_dps"]),
+            _CORRECTING * max(abs(a["desired_yaw_rate_radps"]), abs(b["desired_yaw_rate_radps"])) * asked["planned"],
+        )
+        for a, b, _ in pairs
+    ]
+    turn, rate = max(zip(turns, rates, strict=True), key=lambda pair: pair[0] / pair[1])
+    most_turn_deg = _SLACK * math.degrees(rate) * period_s
     most_step_m = max(_STEP_M, _PACES * asked["speed_mps"] * period_s)
     most_speed_step_mps = max(_SPEED_STEP_MPS, _SLACK * _BRAKING * asked["acceleration_mps2"] * period_s)
     metrics = {
         "desired_step_m": max(steps),
-        "desired_turn_deg": math.degrees(max(turns)),
+        "desired_turn_deg": math.degrees(turn),
         "desired_speed_step_mps": max(speeds),
         "cross_track_rms_m": rms(errors),
         "worst_miss_m": max(closest(between(track, asked["replaced_s"][-1]), corner) for corner in asked["corners"]),
