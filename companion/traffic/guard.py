@@ -44,6 +44,7 @@ _BEYOND_M = 15.0  # of the route beyond a detour, which shapes the detour's end
 _OFF_ROUTE_M = 3.0  # from the detour's end: further off, the route has changed
 _SPEED_SHARES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed: cost, to compare with metres of detour
 _BETTER_M = 0.1
+_WORTH_CROSSING_M = 1.0  # of clear water
 _PATIENT = frozenset({Encounter.STANDING, Encounter.OVERTAKING})  # encounters in which slowing down can wait
 _MOVING_MPS = 0.3
 _STOPPED_MPS = 0.1  # below this limit the boat holds its position
@@ -201,16 +202,21 @@ class TrafficGuard:
         contacts: Sequence[Contact],
         inputs: ModeInputs,
     ) -> None:
-        """Take the cheapest option that keeps CA_DIST; where none does, the one that keeps most of it."""
+        """Take the cheapest option that keeps CA_DIST; where none does, the one that keeps most of it. To cross ahead
+        of a vessel that has the right of way is no option, unless all others would come nearer still."""
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
         best: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)
+        ahead: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)  # of those that cross ahead
         for detour, share in self._options(urgent, route, keep_m, inputs):
             along = way if detour is None else (*detour.points, *evasion.remainder(route, detour.length_m))
-            clear_m = self._clear_m(along, share, contacts, urgent, inputs)
-            if clear_m > best[0] + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
-                best = clear_m, detour, share
+            clear_m, crosses = self._clear_m(along, share, contacts, urgent, inputs)
+            before = ahead if crosses else best
+            if clear_m > before[0] + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
+                ahead, best = ((clear_m, detour, share), best) if crosses else (ahead, (clear_m, detour, share))
             if best[0] >= keep_m:
                 break
+        if best[0] < self._parameters["CA_DIST"] and ahead[0] > best[0] + _WORTH_CROSSING_M:
+            best = ahead
         in_time = all(c.met in _PATIENT and c.due_s > self._parameters["CA_STAND_T"] for c in urgent)
         if best[1] is None and in_time:
             return  # the boat may still come nearer to a vessel that is at rest or goes ahead of it
@@ -240,9 +246,9 @@ class TrafficGuard:
         contacts: Sequence[Contact],
         urgent: Sequence[Conflict],
         inputs: ModeInputs,
-    ) -> float:
-        """Least clear water in m along a way, up to its end or CA_TIME. −∞ where it crosses ahead of a vessel that has
-        the right of way."""
+    ) -> tuple[float, bool]:
+        """Least clear water in m along a way, up to its end or CA_TIME, and whether it crosses ahead of a vessel that
+        has the right of way."""
         nav, speed = inputs.nav, share * inputs.speed_mps
         duration_s = self._parameters["CA_TIME"]
         if share == 1.0 and speed > 0.0:
@@ -259,8 +265,8 @@ class TrafficGuard:
                 and colreg.keeps_astern(conflict.met, other.status)
                 and evasion.crosses_ahead(places, t_s, other, reach_m)
             ):
-                return -math.inf
-        return clear_m
+                return clear_m, True
+        return clear_m, False
 
     def _begin(
         self,
@@ -294,7 +300,7 @@ class TrafficGuard:
 
     def _may_speed_up(self, way: Sequence[evasion.Place], contacts: Sequence[Contact], inputs: ModeInputs) -> bool:
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
-        return self._clear_m(way, 1.0, contacts, (), inputs) >= keep_m
+        return self._clear_m(way, 1.0, contacts, (), inputs)[0] >= keep_m
 
     # --- acting ----------------------------------------------------------------------------------------------------
 

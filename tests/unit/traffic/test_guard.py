@@ -172,6 +172,16 @@ def test_the_boat_does_not_cross_ahead_of_a_vessel_from_starboard(make_boat: Cal
         assert "no_headway" not in boat.names()
 
 
+def test_a_boat_that_is_nearly_across_does_not_stop_in_the_way_of_a_vessel_heard_late(
+    make_boat: Callable[..., Boat],
+) -> None:
+    """An Otter stopped for a vessel that it would have passed 11 m ahead of, and came within 7 m of it."""
+    boat = under_way(make_boat, CA_ACTION=3)
+    seen = sail(boat, [Other(boat, boat.nav.north_m + 3.0, 26.0, 0.0, -1.0)], 40.0)
+    assert seen["gap_m"] > 15.0
+    assert seen["slowest_mps"] > 0.9
+
+
 def test_no_course_across_the_fence(make_boat: Callable[..., Boat]) -> None:
     """A corridor with no room beside the route: the boat waits for who crosses, and never leaves it."""
     boat = make_boat(**PATH, CA_ACTION=3)
