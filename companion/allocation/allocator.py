@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.foresight import FAR_OFF_RAD, Foresight, ThrusterPlan
+from companion.allocation.foresight import Foresight, ThrusterPlan
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
@@ -196,7 +196,7 @@ class Allocator(_AllocatorBase):
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._foreseen = self._foresee(wrench, ahead if planned else (), dt_s)
+            self._foreseen = self._foresee(wrench, ahead, dt_s)
             aimed = self._foreseen is not None or (planned and self._stays_aimed(surge_mps))
             self._optimise(wrench, ideal, dt_s, aimed)
         self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
@@ -321,9 +321,7 @@ class Allocator(_AllocatorBase):
             return
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         direction = math.atan2(ideal[1], ideal[0])
-        ahead = t.sectors.nearest(direction, present)
-        reverse = t.reversible and abs(math.remainder(ahead - direction, math.tau)) > FAR_OFF_RAD
-        aim = t.sectors.nearest(direction + math.pi, present) if reverse else ahead
+        aim = t.aim_rad(direction, present)
         low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]
         step = min(high, max(low, min(present + reach, max(present - reach, aim))))
         problem.turn_low_rad[i] = problem.turn_high_rad[i] = step

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from companion.allocation.geometry import Thruster
 from companion.allocation.pseudo_inverse import PseudoInverse
-from companion.allocation.solver import YAW_PRIORITY
+from companion.allocation.solver import weights_of
 from companion.core.actuation import Wrench
 
 _OPTIMAL = 1
@@ -31,7 +31,6 @@ _TURNED, _OFF = 0.05, 5.0  # cost of one radian of turn from step to step, and o
 _BENT = 0.2  # of the power: what linearising T(α)F loses of it off the optimum
 _SMALL_SHARE = 0.05  # share of full force below which the cost of power is quadratic
 _ASKED_SHARE = 0.1  # share of full force from which the preferred azimuth counts in full
-FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _WORTH_RAD = 0.3  # the demand turns round by more, or a thruster is off by more: else there is nothing to foresee
 _WORTH_SHARE = 0.05  # share of full force from which a direction counts
 
@@ -54,10 +53,7 @@ class Foresight:
         self._thrusters = tuple(thrusters)
         self._turning = [i for i, t in enumerate(thrusters) if t.turns]
         self._step_s = step_s
-        priority = (1.0, 1.0, YAW_PRIORITY)
-        self._weights = np.array(
-            [p * _MISSED / (scale * scale) if scale > 0.0 else 0.0 for p, scale in zip(priority, scales, strict=True)]
-        )
+        self._weights = np.array(weights_of(scales, _MISSED))
         self._full = np.array([t.max_n for t in thrusters])
         self._least = np.array([t.min_n for t in thrusters])
         self._x, self._y = np.array([t.x_m for t in thrusters]), np.array([t.y_m for t in thrusters])
@@ -111,7 +107,7 @@ class Foresight:
         return False
 
     def _aim(self, ideals: Sequence[Sequence[tuple[float, float]]], azimuths_rad: Sequence[float]) -> _Aim:
-        """Where each thruster should point at each step: ahead, or in reverse where the stops allow nothing near."""
+        """Where each thruster should point at each step."""
         shape = len(ideals), len(azimuths_rad)
         aim = _Aim(np.tile(np.array(azimuths_rad), (len(ideals), 1)), np.zeros(shape), np.zeros(shape))
         for i in self._turning:
@@ -119,9 +115,7 @@ class Foresight:
             for k, ideal in enumerate(ideals):
                 x, y = ideal[i]
                 direction_rad = math.atan2(y, x)
-                ahead_rad = t.sectors.nearest(direction_rad, last_rad)
-                reverse = t.reversible and abs(math.remainder(ahead_rad - direction_rad, math.tau)) > FAR_OFF_RAD
-                last_rad = t.sectors.nearest(direction_rad + math.pi, last_rad) if reverse else ahead_rad
+                last_rad = t.aim_rad(direction_rad, last_rad)
                 aim.azimuths[k, i], aim.directions[k, i] = last_rad, direction_rad
                 aim.pull[k, i] = _OFF * min(1.0, math.hypot(x, y) / (_ASKED_SHARE * t.max_n))
         return aim

@@ -12,6 +12,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
 
 _TOE_RAD = math.radians(35.0)
+_FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _SIDEWAYS = 0.7  # share across the hull from which a thruster at rest needs no toe
 
 
@@ -55,6 +56,13 @@ class Thruster:
     def reversible(self) -> bool:
         """Whether it pushes astern well enough to reverse instead of turning round."""
         return self.min_n <= -0.5 * self.max_n
+
+    def aim_rad(self, direction_rad: float, present_rad: float) -> float:
+        """The azimuth to push in that direction: ahead, or in reverse where the stops allow nothing near."""
+        ahead_rad = self.sectors.nearest(direction_rad, present_rad)
+        if self.reversible and abs(math.remainder(ahead_rad - direction_rad, math.tau)) > _FAR_OFF_RAD:
+            return self.sectors.nearest(direction_rad + math.pi, present_rad)
+        return ahead_rad
 
 
 def column(thruster: Thruster, azimuth_rad: float) -> tuple[float, float, float]:

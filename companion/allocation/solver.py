@@ -135,6 +135,13 @@ class _Quadratic:
         return h
 
 
+def weights_of(scales: tuple[float, float, float], cost: float) -> tuple[float, ...]:
+    """Weights of the squared shortfall in surge, sway and yaw: `cost` for that of a whole limit (`scales`), more in
+    yaw; 0 for an axis that is not controlled."""
+    priority = (1.0, 1.0, YAW_PRIORITY)
+    return tuple(p * cost / (scale * scale) if scale > 0.0 else 0.0 for p, scale in zip(priority, scales, strict=True))
+
+
 class AllocationSolver:
     """Solves a `Problem` for a set of thrusters. `scales`: the wrench limits; an axis with 0 is not controlled.
     Remembers only its arrays."""
@@ -142,11 +149,7 @@ class AllocationSolver:
     def __init__(self, thrusters: Sequence[Thruster], scales: tuple[float, float, float]) -> None:
         self._thrusters = tuple(thrusters)
         self._turning = tuple(i for i, t in enumerate(thrusters) if t.turns)
-        priority = (1.0, 1.0, YAW_PRIORITY)
-        self._weights = tuple(
-            p * _SLACK_SCALE / (scale * scale) if scale > 0.0 else 0.0
-            for p, scale in zip(priority, scales, strict=True)
-        )
+        self._weights = weights_of(scales, _SLACK_SCALE)
         self._forces_only = BoxQuadratic(len(thrusters))
         self._full = BoxQuadratic(len(thrusters) + len(self._turning)) if self._turning else None
 

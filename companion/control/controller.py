@@ -189,10 +189,11 @@ class Controller:
             wind_x, wind_y, wind_n = force_of_air(config.windage, config.length_m, nav, air, turned_rad)
             needed.append((x + bias_x - wind_x, y + bias_y - wind_y, n - wind_n))
         now_x, now_y, now_n = needed[0]
-        return tuple(
-            self._saturated(Wrench(wrench.surge_n + x - now_x, wrench.sway_n + y - now_y, wrench.yaw_nm + n - now_n))
+        later = [
+            Wrench(wrench.surge_n + x - now_x, wrench.sway_n + y - now_y, wrench.yaw_nm + n - now_n)
             for x, y, n in needed[1:]
-        )
+        ]
+        return tuple(map(self._saturated, later)) if all(map(finite, later)) else ()
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:
         """Reduce the bias by what fell short of the last demand. `relevant` keeps the demand on the axes whose bias the

@@ -14,7 +14,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
 from companion.core.actuation import ZERO_WRENCH
@@ -136,7 +135,6 @@ class ObstacleGuard:
         self._work: tuple[WayRound[Any], Future[Any]] | None = None
         self.water = OpenWater(config, parameters, fence, chart)
         self._braking = Braking(config, parameters)
-        self._coasts = not (can_reverse(config.thrusters) or config.has_sail)
         self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._mode: GuardedMode | None = None
@@ -305,7 +303,7 @@ class ObstacleGuard:
     def _slowed_path(self, setpoint: PathSetpoint, share: float, limit: float) -> Setpoint:
         """That share of the motion asked for. Where no way is open, a boat without thrust astern coasts: thrust for a
         turn would speed it up, and leads nowhere."""
-        if self._coasts and self._since_s is not None:
+        if self._keeping_off.coasts and self._since_s is not None:
             return WrenchSetpoint(ZERO_WRENCH, setpoint.progress)
         return braked(setpoint, share, self._parameters["PATH_ACC"] * min(1.0, limit))
 

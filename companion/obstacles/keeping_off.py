@@ -68,6 +68,11 @@ class KeepingOff:
         self._ways = WaysOut(config, parameters)
         self._taken: tuple[float, float] | None = None  # heading and speed
 
+    @property
+    def coasts(self) -> bool:
+        """Whether the boat has no thrust astern."""
+        return self._ways.coasts
+
     def update(
         self,
         setpoint: Setpoint,

@@ -210,9 +210,12 @@ class TrafficGuard:
         for detour, share in self._options(urgent, route, keep_m, inputs):
             along = way if detour is None else (*detour.points, *evasion.remainder(route, detour.length_m))
             clear_m, crosses = self._clear_m(along, share, contacts, urgent, inputs)
-            before = ahead if crosses else best
-            if clear_m > before[0] + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
-                ahead, best = ((clear_m, detour, share), best) if crosses else (ahead, (clear_m, detour, share))
+            before_m = ahead[0] if crosses else best[0]
+            if clear_m > before_m + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
+                if crosses:
+                    ahead = clear_m, detour, share
+                else:
+                    best = clear_m, detour, share
             if best[0] >= keep_m:
                 break
         if best[0] < self._parameters["CA_DIST"] and ahead[0] > best[0] + _WORTH_CROSSING_M:

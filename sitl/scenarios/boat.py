@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from companion.allocation.astern import stern_first_refusal
+from companion.allocation.propulsion import turns_on_the_spot
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -13,8 +15,6 @@ from sitl.leader_script import script
 from sitl.magnetometer import MAGNETIC_DRIVER
 from sitl.rough_water import is_rough, plant_name
 from sitl.scenarios.rig import Conditions
-
-_STREAM_STEERED = ("rudder", "jet")
 
 Ability = Callable[[VesselConfig], str | None]
 """Why a boat cannot do a scenario, in one sentence; None where it can."""
@@ -42,16 +42,13 @@ def drifting(config: VesselConfig) -> str | None:
 
 def astern(config: VesselConfig) -> str | None:
     """It must be able to sail stern first."""
-    if not any(thruster.pushes_astern for thruster in config.thrusters):
-        return "it needs way astern, and this boat has none; try mission_square"
-    if any(thruster.kind in _STREAM_STEERED for thruster in config.thrusters):
-        return "it needs steering astern, and this boat steers by a stream that goes ahead only; try mission_square"
-    return None
+    refusal = stern_first_refusal(config.thrusters)
+    return None if refusal is None else f"it needs way astern that can be steered, and {refusal}; try mission_square"
 
 
 def turning(config: VesselConfig) -> str | None:
     """It must be able to turn on the spot."""
-    if astern(config) is None:
+    if turns_on_the_spot(config.thrusters):
         return None
     return "it needs a turn on the spot, and this boat turns by its way alone; gnss_dropout measures its estimate"
 

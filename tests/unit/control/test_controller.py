@@ -245,6 +245,13 @@ def test_the_demands_ahead_are_those_of_the_planned_poses() -> None:
     assert c.ahead == ()
 
 
+def test_poses_that_are_not_finite_demand_nothing() -> None:
+    c = controller()
+    broken = (*poses(0.0)[:6], PlannedPose(math.nan, 0.0, 0.0), *poses(0.0)[7:])
+    c.update(PathSetpoint(0.0, 1.0, exact=True, ahead=broken), nav_state(surge_mps=1.0), ZERO_WRENCH, DT_S)
+    assert c.ahead == ()
+
+
 def test_in_a_bend_ahead_the_wind_comes_from_another_side_of_the_boat() -> None:
     """Wind from north, against a boat that will have turned east: its force moves from the bow to the port side."""
     windy = nav_state(surge_mps=1.0, wind=(5.0, 0.0))
