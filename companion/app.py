@@ -12,7 +12,6 @@ from typing import Any
 
 from companion import native
 from companion.allocation.allocator import Allocator
-from companion.allocation.astern import stern_first_refusal
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
 from companion.allocation.rudder import RudderAllocator
@@ -22,6 +21,7 @@ from companion.baselines.controller_choice import controller_with_baselines
 from companion.beside import Beside
 from companion.config import vessel as config_module
 from companion.config.chart import ChartError, ChartFeature, read_chart, read_charts
+from companion.config.reversing import stern_first_refusal
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.decision import TextKind
 from companion.core.events import EventLog

@@ -1,28 +1,16 @@
-"""Whether a boat can sail stern first, and with which thrust and speed."""
+"""With which thrust and speed a boat sails stern first."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from companion.allocation.propulsion import can_reverse, turns_on_the_spot
-from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.limits import support_n
+from companion.config.reversing import stern_first_refusal
 from companion.config.vessel import VesselConfig
 
 _BRAKING_SHARE = 0.4
 _KEPT_SHARE = 0.8  # of the top speed astern: the rest of the thrust is for wind and steering
-
-
-def stern_first_refusal(thrusters: Sequence[ThrusterConfig]) -> str | None:
-    """Why the boat cannot sail stern first, or None. A rudder and the nozzle of a jet steer by their own stream, which
-    goes ahead only."""
-    if not can_reverse(thrusters):
-        return "this boat has no way astern"
-    if not turns_on_the_spot(thrusters):
-        return "this boat does not steer astern"
-    return None
 
 
 def astern_n(config: VesselConfig) -> float:

@@ -41,17 +41,6 @@ def keeps_straight(thrusters: Sequence[ThrusterConfig], failed: Collection[int])
     return not circles or any(_independent(one, other) for one, other in itertools.combinations(pushes, 2))
 
 
-def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
-    """Whether a thruster can push astern, by reversing or by turning round."""
-    return any(thruster.pushes_astern for thruster in thrusters)
-
-
-def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:
-    """Whether the boat turns without way. A rudder and the nozzle of a jet steer by their own stream, which goes ahead
-    only."""
-    return can_reverse(thrusters) and not any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
-
-
 def _steers(thruster: ThrusterConfig) -> bool:
     lever_m = math.hypot(thruster.x_m, thruster.y_m)
     if thruster.turns:

@@ -117,7 +117,7 @@ def _outlook(voyage: Summary, parameters: Parameters) -> Iterator[str]:
 
 
 def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
-    from companion.allocation.astern import stern_first_refusal
+    from companion.config.reversing import stern_first_refusal
     from companion.mission.plan import PlanKind
     from companion.mission.validation import check_item, check_plan
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from companion.allocation.propulsion import can_reverse
 from companion.baselines.following import ThesisFollowing
+from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import (

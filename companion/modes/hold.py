@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.propulsion import can_reverse
+from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband
 from companion.core.angles import wrap_pi

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.allocation.propulsion import can_reverse
+from companion.config.reversing import can_reverse
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, LossFailsafe, ModeDeclaration, ModeId, ModeInputs, TextKind

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.allocation.propulsion import can_reverse
+from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband, stick_to_wrench
 from companion.core.actuation import ZERO_WRENCH, Wrench

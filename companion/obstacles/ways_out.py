@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.allocation.propulsion import can_reverse, turns_on_the_spot
+from companion.config.reversing import can_reverse, turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from companion.allocation.propulsion import can_reverse, turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.reference_choice import ChosenReference
+from companion.config.reversing import can_reverse, turns_on_the_spot
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband

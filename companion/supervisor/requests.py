@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.allocation.astern import stern_first_refusal
+from companion.config.reversing import stern_first_refusal
 from companion.core.decision import ACCEPTED, Home, MissionState, ModeId, Order, Outcome, Result, TextKind
 from companion.core.geodesy import distance_and_bearing
 from companion.mission.plan import item_number

@@ -16,8 +16,8 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Protocol
 
-from companion.allocation.propulsion import turns_on_the_spot
 from companion.baselines.path_choice import ChosenPathTracker
+from companion.config.reversing import turns_on_the_spot
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi

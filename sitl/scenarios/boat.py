@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from companion.allocation.astern import stern_first_refusal
-from companion.allocation.propulsion import turns_on_the_spot
+from companion.config.reversing import stern_first_refusal, turns_on_the_spot
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from companion.allocation.allocator import Allocator
-from companion.allocation.propulsion import can_reverse
 from companion.config.dimensions.limits import largest
+from companion.config.reversing import can_reverse
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import bundled, find, load
 from companion.core.actuation import Wrench

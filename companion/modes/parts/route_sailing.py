@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
-from companion.allocation.propulsion import turns_on_the_spot
+from companion.allocation.astern import astern_n, stern_first_mps
 from companion.baselines.path_choice import ChosenPathTracker
+from companion.config.reversing import stern_first_refusal, turns_on_the_spot
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeInputs

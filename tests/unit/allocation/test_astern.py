@@ -1,4 +1,4 @@
-"""Which boats sail stern first, and how fast."""
+"""How fast boats sail stern first."""
 
 from __future__ import annotations
 
@@ -6,21 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from companion.allocation.astern import astern_n, stern_first_mps, stern_first_refusal
+from companion.allocation.astern import astern_n, stern_first_mps
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import find, load
-from tests.unit.rudder_boat import SKIFF
 
-REVOLT, OTTER, JET = (load(find(name)) for name in ("revolt", "otter", "rescuerunner"))
-
-
-def test_who_can() -> None:
-    assert stern_first_refusal(REVOLT.thrusters) is None and stern_first_refusal(OTTER.thrusters) is None
-    assert stern_first_refusal(JET.thrusters) == "this boat has no way astern"
-    assert stern_first_refusal(SKIFF.thrusters) == "this boat does not steer astern"
-    ahead_only = tuple(replace(thruster, min_n=0.0) for thruster in OTTER.thrusters)
-    assert stern_first_refusal(ahead_only) == "this boat has no way astern"
-    assert stern_first_refusal(()) == "this boat has no way astern"
+REVOLT, OTTER = load(find("revolt")), load(find("otter"))
 
 
 def test_thrust_astern() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from companion.allocation.propulsion import can_reverse
 from companion.config.hull import DampingConfig, HullConfig
+from companion.config.reversing import can_reverse
 from companion.config.vessel import find, load
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.guidance.coasting import Coasting

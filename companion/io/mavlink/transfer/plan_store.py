@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 
-from companion.allocation.astern import stern_first_refusal
+from companion.config.reversing import stern_first_refusal
 from companion.core.storing import Ticket
 from companion.guidance.orbit import least_radius_m
 from companion.loop import Vessel
