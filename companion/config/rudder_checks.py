@@ -26,7 +26,7 @@ def rudder_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[
             continue
         problems += [(("thruster", i, *key), text) for key, text in _of_rudder(thruster)]
         if len(thrusters) > 1:
-            text = "a propeller with a rudder must be the only thruster: there is no allocation over it and others"
+            text = "a propeller with a rudder must be the only thruster: leave out the others, which are then not used"
             problems.append((("thruster", i, "kind"), text))
         if sway_n > 0.0:
             text = "a boat with a rudder alone cannot push itself sideways: should be 0"
@@ -58,7 +58,7 @@ def _place_problems(thruster: ThrusterConfig, rudder: RudderConfig) -> list[tupl
     problems: list[tuple[tuple[str, ...], str]] = []
     if thruster.azimuth_rad != 0.0 or thruster.y_m != 0.0:
         text = "a propeller with a rudder lies in the middle of the boat and pushes ahead: y_m and azimuth_deg: 0"
-        problems.append((("azimuth_deg",), text))
+        problems.append((("y_m" if thruster.y_m != 0.0 else "azimuth_deg",), text))
     if rudder.x_m >= 0.0:
         problems.append((("rudder", "x_m"), "a rudder is at the stern, behind the middle of the boat: below 0"))
     elif rudder.x_m > thruster.x_m and rudder.race_share > 0.0:

@@ -68,7 +68,7 @@ def jet_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[Pro
             continue
         problems += [(("thruster", i, key), text) for key, text in _of_jet(thruster)]
         if len(thrusters) > 1:
-            text = "a jet must be the only thruster: there is no allocation over a jet and others"
+            text = "a jet must be the only thruster: leave out the others, which are then not used"
             problems.append((("thruster", i, "kind"), text))
         if sway_n > 0.0:
             problems.append((("limits", "sway_n"), "a boat driven by a jet cannot push itself sideways: should be 0"))
@@ -110,7 +110,7 @@ def _place_problems(thruster: ThrusterConfig) -> list[tuple[str, str]]:
     problems = []
     if thruster.azimuth_rad != 0.0 or thruster.y_m != 0.0:
         text = "a jet lies in the middle of the boat and points ahead at rest: y_m and azimuth_deg should be 0"
-        problems.append(("azimuth_deg", text))
+        problems.append(("y_m" if thruster.y_m != 0.0 else "azimuth_deg", text))
     if thruster.x_m >= 0.0:
         problems.append(("x_m", "a jet is at the stern, behind the middle of the boat"))
     return problems

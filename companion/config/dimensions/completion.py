@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from companion.config.devices import ThrusterConfig
-from companion.config.dimensions import jets, motors, rudders, surge_damping
+from companion.config.dimensions import jets, limits, motors, rudders, surge_damping
 from companion.config.dimensions.derivation import (
     hull_figures,
     limit_figures,
@@ -69,12 +69,25 @@ def completed(data: Mapping[str, Any]) -> Completion:
     if thrusters is None:
         work.moot.append(("limits",))
     elif not _given(work.data.get("limits"), LIMIT_KEYS):  # a search of 30 ms
-        work.fill(jets.limit_figures(boat, thrusters[0]) if jets.is_jet(thrusters) else limit_figures(thrusters))
+        _limits(work, boat, thrusters)
     if boat is not None and thrusters is not None:
         _hull(work, boat, thrusters)
-    elif isinstance(work.data.get("hull"), dict) and "form" in work.data["hull"]:
+    elif problems or (isinstance(work.data.get("hull"), dict) and "form" in work.data["hull"]):
         work.moot.append(("hull",))
     return Completion(work.data, tuple(work.figures), tuple(work.problems), tuple(work.moot))
+
+
+def _limits(work: _Work, boat: Dimensions | None, thrusters: tuple[ThrusterConfig, ...]) -> None:
+    if jets.is_jet(thrusters):
+        work.fill(jets.limit_figures(boat, thrusters[0]))
+        return
+    figures = limit_figures(thrusters)
+    lack = limits.lack(thrusters, figures)
+    if lack is None:
+        work.fill(figures)
+    else:
+        work.problems.append(lack)
+        work.moot.append(("limits",))
 
 
 def _given(table: object, keys: Sequence[str]) -> bool:

@@ -117,6 +117,11 @@ KEYS = (
 )
 """Keys of `[hull]` that are dimensions."""
 
+_BY_HAND = ("m11_kg", "m22_kg", "m33_kgm2")
+_NO_FORM: Problem = (
+    ("hull", "form"),
+    f"is missing: one of {', '.join(get_args(Form))}; with it the model is made of the dimensions",
+)
 _MEANINGS = {
     "length_m": "length of the waterline, in m",
     "beam_m": "width over all, in m",
@@ -129,7 +134,7 @@ def dimensions_of(hull: Mapping[str, Any], top: Mapping[str, Any]) -> tuple[Dime
     """The dimensions in a raw `[hull]` table, with length and beam of the file's top level where it has none, and what
     is wrong with them. (None, []) where it has no `form`: its model is given by hand."""
     if "form" not in hull:
-        return None, []
+        return None, [] if "mass_kg" not in hull or any(key in hull for key in _BY_HAND) else [_NO_FORM]
     form = hull["form"]
     if form not in get_args(Form):
         return None, [(("hull", "form"), f"should be one of {', '.join(get_args(Form))}")]

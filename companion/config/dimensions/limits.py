@@ -9,10 +9,12 @@ from functools import lru_cache
 
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
+from companion.config.kinds import Problem
 
 KEYS = ("surge_n", "sway_n", "yaw_nm")
 _SHARE = 0.9  # of what the thrusters give: the rest is for the other axes
 _USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as none
+_NONE = 1.0e-6  # of the thrust of all: what the search leaves of nothing
 _NARROWINGS = 40
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -153,8 +155,11 @@ def _least(function: Callable[[float], float], bound: float) -> float:
 
 @lru_cache(maxsize=64)
 def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
-    """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning."""
+    """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning. Of a boat
+    whose only thruster turns beside the middle some force sideways comes with that ahead."""
     ahead_n = largest(thrusters, 0)
+    if ahead_n < _NONE * sum(t.max_n for t in thrusters):
+        ahead_n = largest(thrusters, 0, free=(1,))
     sideways_n = 0.0 if any(t.kind in ("jet", "rudder", "sail") for t in thrusters) else largest(thrusters, 1)
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
@@ -173,3 +178,16 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
             source,
         ),
     )
+
+
+def lack(thrusters: Sequence[ThrusterConfig], found: Sequence[Figure]) -> Problem | None:
+    """What keeps a boat with these limits from being steered at all; None where nothing does."""
+    surge_n, _, yaw_nm = (figure.value for figure in found)
+    least_n = _NONE * sum(thruster.max_n for thruster in thrusters)
+    if surge_n < least_n:
+        text = "no thrust goes ahead without turning the boat: check the signs of all y_m, or is a thruster missing?"
+        return ("thruster", 0, "y_m"), text
+    if yaw_nm < least_n * _reach(thrusters):
+        text = "nothing turns the boat: it needs a thruster of kind 'azimuth' or 'rudder', or one more beside this one"
+        return ("thruster", 0, "kind"), text
+    return None
