@@ -25,6 +25,7 @@ from companion.config.reversing import stern_first_refusal
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.decision import TextKind
 from companion.core.events import EventLog
+from companion.core.nearest import did_you_mean
 from companion.core.ports import Recorder, ReportsBack, StreamOpener, WaitingClock, World
 from companion.guidance.path import PathKind, build_path
 from companion.io import actuators, sensors
@@ -47,8 +48,9 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.mission.validation import check_plan
 from companion.nav.estimator import Estimator
+from companion.params.spec import ParamRefusal
 from companion.params.store import Parameters
-from companion.params.table import table_of
+from companion.params.table import TABLE, table_of
 from companion.record.disk import REAL_DISK, Disk
 from companion.record.progress_keeper import ProgressKeeper
 from companion.record.recorder import STATE_FOLDER, LogFolder, Medium
@@ -99,6 +101,8 @@ def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
         if (refusal := table.refusal(name, value)) is not None:
             why = refusal.name.lower().replace("_", " ")
             text = f"{value:g}: {why}{_allowed(table, name)}"
+            if refusal is ParamRefusal.DOES_NOT_EXIST:
+                text += did_you_mean(name, (spec.name for spec in TABLE))
             found.append(config_module.placed(path, ("parameters", name), text))
     return found
 
@@ -140,7 +144,7 @@ def port_problems(path: Path) -> list[str]:
         for i, row in _rows(tables, table):
             found += _port_problem(path, table, i, row)
     for key in ("links", "local_links"):
-        for i, url in enumerate(tables.get(key, ())):
+        for i, url in enumerate(_list(tables, key)):
             found += _url_problem(path, (key, i), url, judge_url)
     return found + _link_clashes(path, tables)
 
@@ -169,7 +173,7 @@ def _link_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
     taken = {parts[0]: name for name, url in rows if (parts := _serial_path(url))}
     found = []
     for key in ("links", "local_links"):
-        for i, url in enumerate(tables.get(key, ())):
+        for i, url in enumerate(_list(tables, key)):
             for device in _serial_path(url):
                 if device in taken:
                     found.append(
@@ -188,6 +192,12 @@ def _serial_path(url: object) -> list[str]:
     except TransportError:
         return []
     return [endpoint.path] if endpoint.scheme == "serial" else []
+
+
+def _list(tables: Mapping[str, Any], key: str) -> list[object]:
+    """The list at a key; empty if the file has something else there (the check of its keys reports that)."""
+    found = tables.get(key)
+    return found if isinstance(found, list) else []
 
 
 def _rows(tables: Mapping[str, Any], table: str) -> list[tuple[int, dict[str, Any]]]:

@@ -57,7 +57,8 @@ def _once(bridges: Sequence[ActuatorConfig], field: str, table: str, known: Sequ
     for i, bridge in enumerate(bridges):
         for name in getattr(bridge, field):
             if name not in known:
-                problems.append((("actuator", i, field), f"no {table} named '{name}'"))
+                text = f"no {table} named '{name}'; there is {', '.join(known) or 'none'}"
+                problems.append((("actuator", i, field), text))
             if name in driven:
                 problems.append((("actuator", i, field), f"{_PART.get(field, '')}'{name}' is driven by two bridges"))
             driven.add(name)

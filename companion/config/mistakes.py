@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from companion.config.kinds import Place, Problem
 from companion.config.units import unit_of
 
+MISSING = "is missing"  # how a problem of a key that is not there begins
 _ALIKE = 0.6  # of difflib: what one would take for the same word
 
 
@@ -28,18 +29,22 @@ def problems_of(
 ) -> list[Problem]:
     """The problems of a file, without those that are only the consequence of another: a missing key whose name was
     misspelt, missing keys below a place in `moot`, and a list that lacks only the entries that are wrong. `data`: the
-    file as it stands. `known`: what was found already, which is not said twice."""
+    file as it stands. `known`: what was found already; it comes first, and is not said twice."""
     found = [(tuple(e["loc"]), e["type"], e["msg"]) for e in error.errors()]
-    missing = [place for place, kind, _ in found if kind == "missing"]
+    lacking = [place for place, text in known if text.startswith(MISSING)]
+    missing = [place for place, kind, _ in found if kind == "missing" and not _below(place, moot)] + lacking
     unknown = {place: _near(root, place, missing) for place, kind, _ in found if kind == "unexpected_keyword_argument"}
     meant = {(*place[:-1], near) for place, near in unknown.items() if near is not None}
     said = {place for place, _ in known}
+    elsewhere = {place[-1:] for place in lacking}  # length and beam stand at the top or in `[hull]`
     wrong = [place for place, _, _ in found if _stands(data, place)]
-    problems = []
+    problems = [
+        (place, text) for place, text in known if place not in lacking or not {place, place[-1:]}.intersection(meant)
+    ]
     for place, kind, text in found:
         if place in said or (_is_derived(data, place, kind) and any(place[:-1] == other[:-1] for other in wrong)):
             continue
-        if kind == "missing" and (place in meant or _below(place, moot)):
+        if kind == "missing" and (place in meant or place in elsewhere or _below(place, moot)):
             continue
         if kind == "too_short" and any(other != place and _below(other, [place]) for other, _, _ in found):
             continue
@@ -68,11 +73,21 @@ def _is_derived(data: Mapping[str, Any], place: Place, kind: str) -> bool:
     return kind != "missing" and not _stands(data, place)
 
 
+_REMEDIES = (
+    ("Unexpected keyword argument", "unknown key; check the spelling"),
+    ("String should match pattern '^[a-z][a-z0-9_]{0,31}$'", "should be small letters, digits and _, from a letter on"),
+    ("Input should be a valid tuple", "should be a list in square brackets"),
+    ("Input should be a valid string", "should be text in quotes"),
+    ("Input should be a valid number, unable to parse string as a number", "should be a number, without quotes"),
+    ("Input should", "should"),
+)
+
+
 def remedy(message: str) -> str:
     """pydantic's message in the words of a person who edits a TOML."""
-    return message.replace("Unexpected keyword argument", "unknown key; check the spelling").replace(
-        "Input should", "should"
-    )
+    for said, plain in _REMEDIES:
+        message = message.replace(said, plain)
+    return message
 
 
 def _below(place: Place, moot: Sequence[Place]) -> bool:
@@ -82,10 +97,10 @@ def _below(place: Place, moot: Sequence[Place]) -> bool:
 def _missing(root: type[Any], place: Place) -> str:
     entry = _entries_at(root, place[:-1]).get(str(place[-1]))
     if entry is None:
-        return "is missing"
+        return MISSING
     unit = unit_of(str(place[-1]))
     meaning = entry.rstrip(".")
-    return f"is missing: {meaning[:1].lower()}{meaning[1:]}{f', in {unit}' if unit else ''}"
+    return f"{MISSING}: {meaning[:1].lower()}{meaning[1:]}{f', in {unit}' if unit else ''}"
 
 
 def _unknown(near: str | None) -> str:

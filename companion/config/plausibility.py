@@ -12,6 +12,7 @@ from companion.config.dimensions.motors import find
 from companion.config.hull import humps
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
+from companion.config.sensors import SENSORS
 from companion.config.vessel import VesselConfig
 
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
@@ -21,6 +22,11 @@ _OVERVOLTED = 1.5  # times the highest voltage in the table of motors
 _OUTSIDE = 1.1  # of half the length or beam
 _ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
+_USUAL_DEG = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)  # directions of fixed thrusters
+_SLOW_DPS = 4.0  # slower than drives turn; in radians 0.07 to 4 are usual
+_CRAWL = 0.2  # of the hull speed: slower than any boat's top speed
+_OVERHANG = 0.75  # of length and beam, from the middle: on a bowsprit or an outrigger
+_MASTS = 3.0  # lengths, and 2 m: higher than any mast
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
 
@@ -97,7 +103,7 @@ def _sides(config: VesselConfig) -> Iterator[Judgement]:
 def _radians(config: VesselConfig) -> Iterator[Judgement]:
     for i, thruster in enumerate(config.thrusters):
         degrees = math.degrees(thruster.azimuth_rad)
-        if any(math.isclose(abs(degrees), turn, rel_tol=0.01) for turn in (0.5 * math.pi, math.pi)):
+        if any(math.isclose(abs(degrees), math.radians(usual), rel_tol=0.01) for usual in _USUAL_DEG):
             yield Judgement(
                 ("thruster", i, "azimuth_deg"),
                 f"'{thruster.name}' points {degrees:.4g}° from ahead, which looks like radians: 90 is to starboard",
@@ -105,15 +111,40 @@ def _radians(config: VesselConfig) -> Iterator[Judgement]:
             )
 
 
+def _turns(config: VesselConfig) -> Iterator[Judgement]:
+    for i, thruster in enumerate(config.thrusters):
+        stops = [stop for stop in (thruster.azimuth_min_rad, thruster.azimuth_max_rad) if stop is not None]
+        most_deg = math.degrees(max(map(abs, stops), default=math.tau))
+        if thruster.turns and most_deg <= math.pi:
+            yield Judgement(
+                ("thruster", i, "azimuth_max_deg"),
+                f"'{thruster.name}' turns {most_deg:.3g}° at most, which looks like radians",
+                "All modes: the boat hardly turns. Give the stops in degrees",
+            )
+        rate_dps = math.degrees(thruster.azimuth_rate_radps)
+        if thruster.turns and 0.0 < rate_dps < _SLOW_DPS:
+            yield Judgement(
+                ("thruster", i, "azimuth_rate_dps"),
+                f"'{thruster.name}' turns {rate_dps:.3g}° in a second, which looks like radians",
+                "All modes: every turn begins late, and the boat swings. Give the rate in degrees a second",
+            )
+
+
 def _speed(config: VesselConfig) -> Iterator[Judgement]:
     top_mps = top_speed_mps(config.hull, config.limits.surge_n)
     hull_mps = math.sqrt(GRAVITY_MPS2 * config.length_m / math.tau)
+    given_mps = config.hull.top_speed_mps
+    if given_mps is not None and given_mps < _CRAWL * hull_mps:
+        yield Judgement(
+            ("hull", "top_speed_mps"),
+            f"{given_mps:g} m/s are {given_mps / hull_mps:.2f} times the hull speed: check it, in m/s",
+            "All modes: the model takes the water for much thicker than it is",
+        )
     if (
         not config.hull.resistance
         and config.hull.damping.x_u >= 0.0
         and hull_mps * _OVER_HULL_SPEED < top_mps < math.inf
     ):
-        given_mps = config.hull.top_speed_mps
         if given_mps is not None:
             yield Judgement(
                 ("hull", "top_speed_mps"),
@@ -190,12 +221,37 @@ def _places(config: VesselConfig) -> Iterator[Judgement]:
                 "All modes: its lever is wrong, and so is every turn",
             )
     for i, sensor in enumerate(config.sensors):
-        if abs(sensor.x_m) > config.length_m or abs(sensor.y_m) > config.beam_m:
+        if abs(sensor.x_m) > _OVERHANG * config.length_m or abs(sensor.y_m) > _OVERHANG * config.beam_m + _ASIDE_M:
             yield Judgement(
                 ("sensor", i, "x_m"),
-                f"'{sensor.name}' at x {sensor.x_m:g} m, y {sensor.y_m:g} m is outside the hull",
+                f"'{sensor.name}' at x {sensor.x_m:g} m, y {sensor.y_m:g} m is outside the hull: check both, in m",
                 "All modes: the position swings as the boat turns",
             )
+        if abs(sensor.z_m) > _MASTS * config.length_m + 2.0:
+            yield Judgement(
+                ("sensor", i, "z_m"),
+                f"'{sensor.name}' is {abs(sensor.z_m):g} m {'above' if sensor.z_m < 0.0 else 'below'} the middle of "
+                "the boat: check it, in m",
+                "All modes: the position swings as the boat rolls",
+            )
+
+
+def _hulls(config: VesselConfig) -> Iterator[Judgement]:
+    for key in ("hull_beam_m", "hull_spacing_m"):
+        if getattr(config.hull, key) is not None and config.hull.form not in (None, "catamaran"):
+            yield Judgement(
+                ("hull", key),
+                f"has no effect on one hull, of form {config.hull.form}",
+                'All modes: the model is that of one hull. Two hulls have form = "catamaran"',
+            )
+
+
+def _senses(config: VesselConfig) -> Iterator[Judgement]:
+    """Known drivers alone are judged: a plug-in may give anything."""
+    drivers = {sensor.driver for sensor in config.sensors}
+    if drivers <= SENSORS.keys() and "nmea0183" not in drivers:
+        text = "no sensor gives a position: a satellite receiver is a [[sensor]] with driver 'nmea0183'"
+        yield Judgement(("sensor",), text, "All modes but Manual, Forces and Heading: refused")
 
 
 def _antenna_pairs(config: VesselConfig) -> Iterator[Judgement]:
@@ -244,12 +300,15 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _thrust,
     _sides,
     _radians,
+    _turns,
     _speed,
     _planing,
     _shape,
     _volts,
     _turning,
     _places,
+    _hulls,
+    _senses,
     _antenna_pairs,
     _axes,
     _economy,

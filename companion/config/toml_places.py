@@ -36,6 +36,8 @@ def line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
             continue
         else:
             continue
+        if tuple(loc) == prefix[:-1] and best is None:  # a list as a whole: its first row
+            best = (len(loc), number)
         if tuple(loc[: len(prefix)]) == prefix and (best is None or len(prefix) > best[0]):
             best = (len(prefix), number)
     return best[1] if best else None

@@ -64,6 +64,7 @@ from companion.config.sensor_errors import SensorErrorConfig
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
 from companion.config.thruster_checks import jet_problems, thruster_problems
+from companion.config.toml_mistakes import toml_mistake
 from companion.config.toml_places import dotted, line_of
 from companion.core.nearest import did_you_mean
 
@@ -346,7 +347,7 @@ def _overlaid(text: str, overlay: Path) -> VesselConfig:
             VesselConfig, text, str(overlay), lambda data: completed(with_overlay(data, overlay))
         )
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError([_not_toml(str(overlay), str(error))]) from error
+        raise ConfigError([_not_toml(str(overlay), overlay.read_text(encoding="utf-8"), str(error))]) from error
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:
         raise ConfigError(problems)
@@ -384,7 +385,7 @@ def validated(
     try:
         data = _tables(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError([_not_toml(place, str(error))]) from error
+        raise ConfigError([_not_toml(place, text, str(error))]) from error
     lines = text.splitlines()
 
     def located(loc: Sequence[str | int], message: str) -> str:
@@ -397,7 +398,7 @@ def validated(
         reader: Any = kind  # mypy takes a class with slots for one that cannot be hashed
         found: T = _reader(reader).validate_python(completion.data)
     except ValidationError as error:
-        problems += problems_of(kind, error, data, completion.moot, problems)
+        problems = problems_of(kind, error, data, completion.moot, problems)
     if problems:
         raise ConfigError([located(loc, message) for loc, message in problems])
     return found, located
@@ -409,14 +410,13 @@ def _reader(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _not_toml(place: str, reason: str) -> str:
+def _not_toml(place: str, text: str, reason: str) -> str:
     """tomllib's "Invalid value (at line 6, column 11)" with its line where all others have theirs."""
     found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", reason)
-    return (
-        f"{place}:{found[2]}: not valid TOML: {found[1]}, at column {found[3]}"
-        if found
-        else f"{place}: not valid TOML: {reason}"
-    )
+    if found is None:
+        return f"{place}: not valid TOML: {reason}"
+    line = text.split("\n")[int(found[2]) - 1]
+    return f"{place}:{found[2]}: not valid TOML: {toml_mistake(found[1], line)}, at column {found[3]}"
 
 
 def _cross_checks(config: VesselConfig) -> list[Problem]:

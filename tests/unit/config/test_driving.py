@@ -89,7 +89,7 @@ def test_each_throttle_and_each_azimuth_has_one_bridge() -> None:
         (
             BOARD,
             DRIVES.replace('["stern_port", ', '["keel", "stern_port", '),
-            "actuator[2].azimuths: no thruster named 'keel'",
+            "actuator[2].azimuths: no thruster named 'keel'; there is stern_port, stern_starboard, bow",
         ),
         (BOARD, DRIVES.replace("address = 2", "address = 1"), "actuator[2].drive[2].address: 1 is used twice"),
         (

@@ -53,6 +53,20 @@ def test_the_files_themselves_are_right(text: str) -> None:
         (TWIN, ', "starboard"]', "]", "thruster", "driven by no bridge: add it to the list of an [[actuator]]"),
         (PODS, "azimuth_min_deg = -90.0", "", "thruster[1].azimuth_max_deg", "give both stops"),
         (OUTBOARD, "min_deg = -35.0", "min_deg = 40.0", "thruster[1].azimuth_max_deg", "exchange the stops"),
+        (TWIN, "mass_kg = 55", "mas_kg = 55", "hull.mas_kg", "did you mean 'mass_kg'?"),
+        (TWIN, 'form = "catamaran"', "", "hull.form", "is missing: one of monohull"),
+        (TWIN, "\nbeam_m = 1", "\n#", "hull.beam_m", "is missing: width over all, in m"),
+        (TWIN, 'name = "cat"', 'name = "My cat"', "name", "should be small letters, digits and _"),
+        (TWIN, "lat_deg = 63.400000", 'lat_deg = "63 N"', "home.lat_deg", "should be a number, without quotes"),
+        (TWIN, "[[sensor]]", "[[sensors]]", "sensors", "did you mean 'sensor'?"),
+        (TWIN, '["port", "starboard"]', '"port"', "actuator[1].thrusters", "should be a list in square brackets"),
+        (
+            TWIN,
+            "y_m = -0.375",
+            "y_m = 0.375",
+            "thruster[1].y_m",
+            "check the signs of all y_m, or is a thruster missing",
+        ),
         (JET, "max_n = 60", 'motor = "T200"', "thruster[1].max_n", "is missing: pull of the jet at full throttle"),
     ],
 )
@@ -70,8 +84,21 @@ def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str
 @pytest.mark.parametrize(
     ("text", "right", "wrong", "said"),
     [
-        (TWIN, "y_m = -0.375", "y_m = 0.375", "'port' has y_m = 0.375: y_m is positive to starboard"),
-        (TWIN, "y_m = -0.375", "y_m = 0.375", "all thrusters lie on the same side"),
+        (TWIN, "y_m = -0.375", "y_m = 0.2", "'port' has y_m = 0.2: y_m is positive to starboard"),
+        (TWIN, "y_m = -0.375", "y_m = 0.2", "all thrusters lie on the same side"),
+        (
+            OUTBOARD,
+            "deg = -35.0\nazimuth_max_deg = 35.0",
+            "deg = -0.6\nazimuth_max_deg = 0.6",
+            "0.6° at most, which looks",
+        ),
+        (OUTBOARD, "rate_dps = 60.0", "rate_dps = 1.05", "turns 1.05° in a second, which looks like radians"),
+        (TWIN, 'kind = "fixed"', 'kind = "fixed"\nazimuth_deg = 0.785', "points 0.785° from ahead"),
+        (TWIN, "antennas = 1", "antennas = 1\nx_m = 1.3", "'gnss' at x 1.3 m, y 0 m is outside the hull: check both"),
+        (TWIN, "z_m = -0.40", "z_m = -40", "'gnss' is 40 m above the middle of the boat: check it, in m"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 0.1", "0.06 times the hull speed: check it, in m/s"),
+        (OUTBOARD, "mass_kg = 55", "mass_kg = 55\nhull_beam_m = 0.2", "has no effect on one hull, of form planing"),
+        (TWIN, 'driver = "nmea0183"', 'driver = "ais"', "no sensor gives a position"),
         (PODS, "x_m = 0.64", "x_m = -0.64", "'bow' has x_m = -0.64: x_m is positive ahead"),
         (TWIN, "length_m = 1.6", "length_m = 0.7", "1 m wide and 0.7 m long: length is fore and aft"),
         (TWIN, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 20", "check it, in m/s; 20 km/h are 5.6 m/s"),
@@ -89,6 +116,38 @@ def test_a_wrong_sign_or_unit_that_still_loads_is_noted(text: str, right: str, w
     notes = [str(found) for found in judgements(parse(text.replace(right, wrong, 1), "boat.toml"))]
     assert any(said in note for note in notes), notes
     assert not any(said in str(found) for found in judgements(parse(text, "boat.toml")))
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("mass_kg = 55", "mass_kg = 55,5", "a number has a decimal point, not a comma"),
+        ("mass_kg = 55", "mass_kg = 55 kg", "a number has no unit behind it"),
+        ("mass_kg = 55", "mass_kg = 55\nmass_kg = 56", "'mass_kg' stands there twice"),
+        ("mass_kg = 55", "mass_kg", "a line reads `key = value`"),
+        ('name = "cat"', 'name = "cat', "a quote is not closed"),
+        ('name = "cat"', "name = “cat”", "text stands in straight quotes"),
+        ('name = "cat"', "name = cat", 'text stands in quotes, "like this"'),
+        ("[[sensor]]", "[sensor]", "[sensor] above is one table: each row of a list begins with [[sensor]]"),
+        ("[[thruster]]", "[hull]\n[[thruster]]", "[hull] stands there twice: join the two"),
+    ],
+)
+def test_a_line_that_is_no_toml_is_told_with_the_remedy(right: str, wrong: str, said: str) -> None:
+    line = TWIN[: TWIN.index(right)].count("\n") + 1
+    with pytest.raises(ConfigError) as caught:
+        parse(TWIN.replace(right, wrong, 1), "boat.toml")
+    (problem,) = caught.value.problems
+    assert said in problem and int(problem.split(":")[1]) >= line
+
+
+def test_an_outboard_beside_the_middle_is_a_boat_and_one_fixed_thruster_is_none() -> None:
+    """One propeller that turns goes ahead by pointing past the middle of the boat."""
+    beside = parse(OUTBOARD.replace("y_m = 0 ", "y_m = 0.25 ", 1), "boat.toml").limits
+    middle = parse(OUTBOARD, "boat.toml").limits
+    assert 0.8 * middle.surge_n < beside.surge_n < middle.surge_n and beside.sway_n == 0.0 < beside.yaw_nm
+    fixed = OUTBOARD.replace('kind = "azimuth"', 'kind = "fixed"')
+    with pytest.raises(ConfigError, match="nothing turns the boat"):
+        parse(fixed, "boat.toml")
 
 
 @pytest.mark.parametrize("layout", ["twin", "rudder", "two-azimuths"])

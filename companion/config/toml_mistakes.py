@@ -1,0 +1,43 @@
+"""What a person most likely meant who wrote a line that is not TOML."""
+
+from __future__ import annotations
+
+import re
+
+_LISTS = ("actuator", "camera", "chart", "relay", "script", "sensor", "servo", "thruster", "corrections", "nmea_out")
+_CURLY = "“”„‘’"
+_REMEDIES: tuple[tuple[re.Pattern[str], str], ...] = (
+    (re.compile(f"[{_CURLY}]"), 'text stands in straight quotes, "like this"'),
+    (re.compile(r"=\s*[-+]?\d+,\d+\s*(?:#|$)"), "a number has a decimal point, not a comma"),
+    (
+        re.compile(r"=\s*[-+]?\d+(?:\.\d+)?\s*[A-Za-zµ°²%/]+\s*(?:#|$)"),
+        "a number has no unit behind it: the end of its key says it",
+    ),
+    (re.compile(r"=\s*(?:True|False|TRUE|FALSE|yes|no|on|off)\b"), "true or false, in small letters"),
+    (re.compile(r"=\s*[A-Za-z]"), 'text stands in quotes, "like this"'),
+    (re.compile(r"=\s*(?:#|$)"), "the value is missing"),
+)
+
+
+def toml_mistake(reason: str, line: str) -> str:
+    """tomllib's reason of a fault in `line`, in the words of a person who edits it, with the remedy where one is
+    plain."""
+    plain = line.strip()
+    if reason.startswith("Cannot "):
+        return _said_twice(reason, plain)
+    if plain.partition("#")[0].count('"') % 2:
+        return "a quote is not closed"
+    if plain and not plain.startswith(("[", "#")) and "=" not in plain:
+        return "a line reads `key = value`"
+    return next((text for pattern, text in _REMEDIES if pattern.search(plain)), reason)
+
+
+def _said_twice(reason: str, line: str) -> str:
+    header = re.match(r"(\[+)\s*([\w.]+)", line)
+    if header is None:
+        return f"'{line.partition('=')[0].strip()}' stands there twice: leave out one"
+    brackets, name = header.groups()
+    rows = f"each row of a list begins with [[{name}]]"
+    if brackets == "[[":
+        return f"[{name}] above is one table: {rows}"
+    return f"[{name}] stands there twice: {rows if name in _LISTS else 'join the two'}"
