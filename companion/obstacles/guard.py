@@ -54,6 +54,7 @@ _LOOKS = 2  # in a row that find the way blocked
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
+_STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
 
@@ -112,8 +113,8 @@ class ObstacleGuard:
     Ways round are looked for beside the control thread, and laid in the tick in which they are found.
 
     Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
-    found, how patient it still is, and whether it holds the boat. `impossible`: why the mode cannot go on, once that is
-    settled.
+    found, how patient it still is, since when it stops the boat, and whether it holds it. `impossible`: why the mode
+    cannot go on, once that is settled.
     """
 
     def __init__(
@@ -144,6 +145,7 @@ class ObstacleGuard:
         self._since_s: float | None = None  # no way found since
         self._reason = ""
         self._slowed = False
+        self._stopped_s: float | None = None  # on the way since
         self._patience = Patience(parameters)
         self._circles: Floats = np.zeros((0, 3))
         self.impossible: str | None = None
@@ -156,6 +158,7 @@ class ObstacleGuard:
         """Nothing is steered."""
         self._work = None
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
+        self._stopped_s = None
         self.impossible = None
         self._keeping_off.reset()
         self._patience.reset()
@@ -206,7 +209,7 @@ class ObstacleGuard:
             return
         way = _first_part(aside or whole, _WAY_M)
         here = (nav.north_m, nav.east_m)
-        if len(way) < 2 or math.isinf(self.water.now.free_m([here, *way[1:]])):
+        if len(way) < 2 or (math.isinf(self.water.now.free_m([here, *way[1:]])) and not self._stands(now_s)):
             self._open(now_s)
             return
         self._blocked += 1
@@ -228,11 +231,15 @@ class ObstacleGuard:
         now_s = inputs.now_s
         reason = round_it.lay(future.result(), inputs)
         if reason is None:
-            self._since_s, self._blocked = None, 0
+            self._since_s, self._blocked, self._stopped_s = None, 0, None
             self._patience.laid(mode.way_ahead(), inputs.speed_mps, now_s)
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
         else:
             self._no_way(reason, inputs)
+
+    def _stands(self, now_s: float) -> bool:
+        """Whether the boat is kept from a way that is free: from where it stands, that way begins otherwise."""
+        return self._stopped_s is not None and now_s - self._stopped_s >= _STANDS_S
 
     def _open(self, now_s: float) -> None:
         if self._since_s is not None:
@@ -290,6 +297,7 @@ class ObstacleGuard:
         if isinstance(setpoint, PoseSetpoint):
             return self._posed(setpoint, nav, limit, inputs)
         slowed = self._is_slowed(limit < _SLOWED_SHARE * size, inputs.now_s)
+        self._mind_stop(slowed and limit < _STOPPED_MPS, inputs.now_s)
         if slowed or self._since_s is not None:
             mode.excuse()
         if self._since_s is not None and (self._holding or limit < _STOPPED_MPS):
@@ -306,6 +314,9 @@ class ObstacleGuard:
         if self._keeping_off.coasts and self._since_s is not None:
             return WrenchSetpoint(ZERO_WRENCH, setpoint.progress)
         return braked(setpoint, share, self._parameters["PATH_ACC"] * min(1.0, limit))
+
+    def _mind_stop(self, stopped: bool, now_s: float) -> None:
+        self._stopped_s = None if not stopped else now_s if self._stopped_s is None else self._stopped_s
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
         """The same, said when it begins."""

@@ -18,6 +18,8 @@ from sitl.scenarios.rig import Conditions
 Ability = Callable[[VesselConfig], str | None]
 """Why a boat cannot do a scenario, in one sentence; None where it can."""
 
+_FAST_SHARE = 0.8  # of the top speed: also in wind and current, such a boat is fast
+
 
 def sideways(config: VesselConfig) -> str | None:
     """It must hold a heading at a point, or move sideways."""
@@ -29,6 +31,16 @@ def sideways(config: VesselConfig) -> str | None:
 def comes_back(config: VesselConfig) -> bool:
     """Whether it holds by coming back to its point: under sail, and without way astern."""
     return config.has_sail or not any(thruster.pushes_astern for thruster in config.thrusters)
+
+
+def holds_by_drifting(config: VesselConfig) -> bool:
+    """Whether it holds inside its watch circle and is never at rest: a rudder steers by its way alone, too."""
+    return comes_back(config) or any(thruster.kind == "rudder" for thruster in config.thrusters)
+
+
+def fast_mps(config: VesselConfig, asked_mps: float) -> float:
+    """The least speed at which the boat counts as fast: as asked, or a share of the top speed of a slower one."""
+    return min(asked_mps, _FAST_SHARE * top_speed_mps(config))
 
 
 def drifting(config: VesselConfig) -> str | None:

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.top_speed import top_speed_mps
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.boat import comes_back
+from sitl.scenarios.boat import holds_by_drifting
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, distance_to, read_truth
 from sitl.scenarios.scenario import Scenario, Settings, number
@@ -47,7 +47,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     silent_s = gcs.rig.now_s
     gcs.sail(_BESIDE_S + _AT_HOME_S + out_m / slow_mps)
     near_m = 2.0 * config.length_m
-    if comes_back(config) or any(thruster.kind == "rudder" for thruster in config.thrusters):  # it holds by drifting
+    if holds_by_drifting(config):
         near_m = max(near_m, gcs.parameter("DP_WATCH_R"))
     return {"silent_s": silent_s, "to_s": gcs.rig.now_s, "near_m": near_m}
 

@@ -157,6 +157,15 @@ def test_a_blocked_way_is_laid_round() -> None:
     assert "Obstacle ahead: going round" in bridge.texts()
 
 
+def test_a_free_way_on_which_the_boat_is_stopped_is_laid_anew_from_where_it_stands() -> None:
+    """It bends away from what lies ahead of the boat, which stands before the bend."""
+    bridge = Bridge((3.0, 0.0, 1.0))
+    mode = Sailing(((0.0, 0.0), (0.0, 20.0)), goes_round=True, found=Way(((0.0, 0.0), (0.0, 20.0)), 20.0))
+    for _ in range(20):
+        bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode)
+    assert "Obstacle ahead: going round" in bridge.texts()
+
+
 def test_a_way_is_looked_for_beside_and_laid_when_it_is_found() -> None:
     class Later:
         """A worker that takes its time."""

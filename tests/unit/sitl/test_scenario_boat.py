@@ -1,5 +1,6 @@
 """A scenario sails the boat of the file, and refuses one that cannot do it."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from companion.cli.rig import LockstepRig
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
 from companion.config.vessel import find, load, with_camera
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.boat import sailed_with
+from sitl.scenarios.boat import fast_mps, holds_by_drifting, sailed_with
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run, settings_for
@@ -106,3 +107,30 @@ def test_a_boat_that_its_leader_would_leave_behind_is_told_so(name: str, tmp_pat
         run(SCENARIOS[name], no_rig, tmp_path, vessel="heron")
     with pytest.raises(AssertionError, match="must not start"):
         run(SCENARIOS[name], no_rig, tmp_path, vessel="heron", changes={"leader": "straight@1.4"})
+
+
+def test_a_boat_that_never_rests_is_not_asked_to_stand() -> None:
+    drifts = {name: holds_by_drifting(load(find(name))) for name in ("rescuerunner", "sailbot", "otter", "aboat")}
+    assert drifts == {"rescuerunner": True, "sailbot": True, "otter": False, "aboat": False}
+
+
+def test_fast_is_no_faster_than_a_slow_boat_sails() -> None:
+    assert fast_mps(load(find("otter")), 0.9) == 0.9
+    assert fast_mps(load(find("cybership2")), 0.9) == pytest.approx(0.8 * 1.004, abs=0.001)
+
+
+def test_fence_stop_begins_with_the_bow_at_the_line_wherever_home_points(tmp_path: Path) -> None:
+    headings = []
+
+    def looked(gcs: GroundStation, settings: Any) -> dict[str, Any]:
+        headings.append((gcs.rig.config.home.yaw_rad, gcs.rig.world.truth.yaw_rad))
+        gcs.sail(1.0)
+        return {}
+
+    run(
+        replace(SCENARIOS["fence_stop"], sail=looked, measure=lambda *_: ({}, ())),
+        LockstepRig,
+        tmp_path,
+        vessel="sailbot",
+    )
+    assert headings == [(pytest.approx(math.pi / 2.0), pytest.approx(0.0))]
