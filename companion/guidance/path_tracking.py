@@ -42,6 +42,9 @@ _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no 
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
 _TURN_PREVIEW_S = 1.2  # lag of the heading loop
+# Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
+# and current.
+_INSIDE = 0.5
 _PREVIEW_S = 0.5  # lag of the speed loop
 # Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
 # and back within a bend, and is carried off meanwhile.
@@ -245,9 +248,7 @@ class PathTracker:
             last_speed = self._speed
             self._round_up(nav, here)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
-            ahead = track.at(
-                self._s + (_TURN_PREVIEW_S + self._turning.late_s(nav.surge_mps, nav.sway_mps)) * self._speed
-            )
+            ahead = track.at(self._s + self._preview_m(nav))
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track)
@@ -299,6 +300,21 @@ class PathTracker:
         if abs(turn) > _ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
         return max(self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, self._creep_mps()) * dt_s))
+
+    def _preview_m(self, nav: NavState) -> float:
+        """How far ahead the course is taken, as the bow follows late."""
+        late_s = self._turning.late_s(nav.surge_mps, nav.sway_mps)
+        return (min(_TURN_PREVIEW_S, self._earliest_s()) + late_s) * self._speed
+
+    def _earliest_s(self) -> float:
+        """How early a turn may begin. A boat that nothing pushes sideways, and whose thrusters turn it at once, passes
+        a corner inside by r U t²/2 if it turns t early at the rate r: no more than a share of the radius that the plan
+        gives."""
+        radius_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].radius_m
+        if self._turning.bends is None or radius_m is None or radius_m <= 0.0:
+            return math.inf
+        rate = math.radians(self._parameters["PATH_YAW_RATE"])
+        return math.sqrt(2.0 * _INSIDE * radius_m / (rate * max(self._speed, self._creep_mps())))
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat has passed the line across the track at the last waypoint."""

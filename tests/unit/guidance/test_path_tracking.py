@@ -17,7 +17,7 @@ from companion.guidance import path_laying
 from companion.guidance.agility import agility_of
 from companion.guidance.path_plan import PathPlan
 from companion.guidance.path_tracking import PathProgress, PathTracker
-from companion.guidance.turning import Turning
+from companion.guidance.turning import Turning, turning_of
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
@@ -546,3 +546,23 @@ def over_ground(boat: Puppet) -> tuple[float, float]:
     """Ahead and to starboard."""
     c, s = math.cos(boat.yaw_rad), math.sin(boat.yaw_rad)
     return boat.speed_mps + c * boat.current[0] + s * boat.current[1], c * boat.current[1] - s * boat.current[0]
+
+
+@pytest.mark.parametrize("vessel", ["otter", "wamv16", "blueboat", "heron"])
+def test_a_turn_begins_no_earlier_than_keeps_the_radius_that_the_plan_gives(vessel: str) -> None:
+    """The Otter turned 1.2 s early, and cut points with a radius of 0.2 m by up to 0.7 m."""
+    radius_m = 0.2
+    config = load(find(vessel))
+    parameters = Parameters({**config.parameters, "PATH_KIND": 0})
+    guide = PathTracker(parameters, can_sway=False, turning=turning_of(config, on_the_spot=True))
+    guide.start([Waypoint(20.0, 0.0, radius_m), Waypoint(20.0, 20.0, radius_m)], nav_state())
+    north_m, speed_mps = 0.0, 0.0
+    while True:
+        setpoint = guide.update(nav_state(north_m, surge_mps=speed_mps), 1.0, DT_S).setpoint
+        if abs(setpoint.yaw_rad) > math.radians(5.0):
+            break
+        speed_mps = setpoint.surge_mps
+        north_m += speed_mps * DT_S
+    early_s = (20.0 - north_m) / speed_mps
+    inside_m = 0.5 * math.radians(parameters["PATH_YAW_RATE"]) * speed_mps * early_s**2
+    assert inside_m <= radius_m
