@@ -59,7 +59,7 @@ def test_a_design_is_read() -> None:
         ("samples = 4", "", ":4: part[1].samples", "is missing"),
         ("range.speed = { low = 0, high = 6, digits = 1 }", "", ":10: part[1].samples", "there is no range to sample"),
         ('"sobol"', '"sobel"', ":9: part[1].sampling", "should be 'latin_hypercube' or 'sobol'"),
-        ("samples = 4", "samples = ", ":10: not valid TOML", "Invalid value"),
+        ("samples = 4", "samples = ", ":10: not valid TOML", "the value is missing"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_with_its_place_and_remedy(before: str, after: str, place: str, said: str) -> None:
