@@ -18,6 +18,14 @@ from companion.config.units import unit_of
 
 MISSING = "is missing"  # how a problem of a key that is not there begins
 _ALIKE = 0.6  # of difflib: what one would take for the same word
+_REMEDIES = (  # what pydantic says, and what it means for the file
+    ("Unexpected keyword argument", "unknown key; check the spelling"),
+    ("String should match pattern '^[a-z][a-z0-9_]{0,31}$'", "should be small letters, digits and _, from a letter on"),
+    ("Input should be a valid tuple", "should be a list in square brackets"),
+    ("Input should be a valid string", "should be text in quotes"),
+    ("Input should be a valid number, unable to parse string as a number", "should be a number, without quotes"),
+    ("Input should", "should"),
+)
 
 
 def problems_of(
@@ -71,16 +79,6 @@ def _stands(data: Mapping[str, Any], place: Place) -> bool:
 def _is_derived(data: Mapping[str, Any], place: Place, kind: str) -> bool:
     """Whether a wrong value was made of others: it does not stand in the file, nor is it missing."""
     return kind != "missing" and not _stands(data, place)
-
-
-_REMEDIES = (
-    ("Unexpected keyword argument", "unknown key; check the spelling"),
-    ("String should match pattern '^[a-z][a-z0-9_]{0,31}$'", "should be small letters, digits and _, from a letter on"),
-    ("Input should be a valid tuple", "should be a list in square brackets"),
-    ("Input should be a valid string", "should be text in quotes"),
-    ("Input should be a valid number, unable to parse string as a number", "should be a number, without quotes"),
-    ("Input should", "should"),
-)
 
 
 def remedy(message: str) -> str:

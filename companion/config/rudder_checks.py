@@ -26,7 +26,7 @@ def rudder_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[
             continue
         problems += [(("thruster", i, *key), text) for key, text in _of_rudder(thruster)]
         if len(thrusters) > 1:
-            text = "a propeller with a rudder must be the only thruster: leave out the others, which are then not used"
+            text = "a propeller with a rudder must be the only thruster: leave out the others"
             problems.append((("thruster", i, "kind"), text))
         if sway_n > 0.0:
             text = "a boat with a rudder alone cannot push itself sideways: should be 0"

@@ -68,7 +68,7 @@ def jet_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[Pro
             continue
         problems += [(("thruster", i, key), text) for key, text in _of_jet(thruster)]
         if len(thrusters) > 1:
-            text = "a jet must be the only thruster: leave out the others, which are then not used"
+            text = "a jet must be the only thruster: leave out the others"
             problems.append((("thruster", i, "kind"), text))
         if sway_n > 0.0:
             problems.append((("limits", "sway_n"), "a boat driven by a jet cannot push itself sideways: should be 0"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-_LISTS = ("actuator", "camera", "chart", "relay", "script", "sensor", "servo", "thruster", "corrections", "nmea_out")
 _CURLY = "“”„‘’"
 _REMEDIES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(f"[{_CURLY}]"), 'text stands in straight quotes, "like this"'),
@@ -24,7 +23,7 @@ def toml_mistake(reason: str, line: str) -> str:
     plain."""
     plain = line.strip()
     if reason.startswith("Cannot "):
-        return _said_twice(reason, plain)
+        return _said_twice(plain)
     if plain.partition("#")[0].count('"') % 2:
         return "a quote is not closed"
     if plain and not plain.startswith(("[", "#")) and "=" not in plain:
@@ -32,12 +31,11 @@ def toml_mistake(reason: str, line: str) -> str:
     return next((text for pattern, text in _REMEDIES if pattern.search(plain)), reason)
 
 
-def _said_twice(reason: str, line: str) -> str:
+def _said_twice(line: str) -> str:
     header = re.match(r"(\[+)\s*([\w.]+)", line)
     if header is None:
         return f"'{line.partition('=')[0].strip()}' stands there twice: leave out one"
     brackets, name = header.groups()
-    rows = f"each row of a list begins with [[{name}]]"
     if brackets == "[[":
-        return f"[{name}] above is one table: {rows}"
-    return f"[{name}] stands there twice: {rows if name in _LISTS else 'join the two'}"
+        return f"[{name}] above is one table: each row of a list begins with [[{name}]]"
+    return f"[{name}] stands there twice: join the two, or begin each with [[{name}]] if they are rows of a list"

@@ -316,7 +316,10 @@ class ObstacleGuard:
         return braked(setpoint, share, self._parameters["PATH_ACC"] * min(1.0, limit))
 
     def _mind_stop(self, stopped: bool, now_s: float) -> None:
-        self._stopped_s = None if not stopped else now_s if self._stopped_s is None else self._stopped_s
+        if not stopped:
+            self._stopped_s = None
+        elif self._stopped_s is None:
+            self._stopped_s = now_s
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
         """The same, said when it begins."""

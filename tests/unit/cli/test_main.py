@@ -47,6 +47,32 @@ def test_a_mistake_is_one_line_that_says_what_to_do(
     assert remedy in errors and len(errors.strip().splitlines()) == 1, errors
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "remedy"),
+    [
+        (
+            "[parameters]",
+            "[parameters]\nDP_ECONN = 1.0",
+            "parameters.DP_ECONN: 1: does not exist; did you mean 'DP_ECON'?",
+        ),
+        (
+            "links = [",
+            'links = "udpout:127.0.0.1:14550"\nlocal_links = [',
+            "links: should be a list in square brackets",
+        ),
+    ],
+)
+def test_a_mistake_in_a_file_is_one_line_that_says_what_to_do(
+    right: str, wrong: str, remedy: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "boat.toml"
+    text = Path("companion/vessels/aboat.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace(right, wrong, 1), encoding="utf-8")
+    assert main(["check", str(file)]) == 2
+    errors = capsys.readouterr().err
+    assert remedy in errors and len(errors.strip().splitlines()) == 1, errors
+
+
 def test_a_misspelt_command_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["chekc", "revolt"])

@@ -129,7 +129,11 @@ def test_a_wrong_sign_or_unit_that_still_loads_is_noted(text: str, right: str, w
         ('name = "cat"', "name = “cat”", "text stands in straight quotes"),
         ('name = "cat"', "name = cat", 'text stands in quotes, "like this"'),
         ("[[sensor]]", "[sensor]", "[sensor] above is one table: each row of a list begins with [[sensor]]"),
-        ("[[thruster]]", "[hull]\n[[thruster]]", "[hull] stands there twice: join the two"),
+        (
+            "[[thruster]]",
+            "[hull]\n[[thruster]]",
+            "[hull] stands there twice: join the two, or begin each with [[hull]]",
+        ),
     ],
 )
 def test_a_line_that_is_no_toml_is_told_with_the_remedy(right: str, wrong: str, said: str) -> None:
