@@ -57,7 +57,7 @@ def test_a_mistake_is_one_line_that_says_what_to_do(
         ),
         (
             "links = [",
-            'links = "udpout:127.0.0.1:14550"\nlocal_links = [',
+            'links = "udpout:127.0.0.1:14550"  # [',
             "links: should be a list in square brackets",
         ),
     ],
