@@ -53,7 +53,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.ready()
     speed_mps = number(settings, "speed") or gcs.parameter("WP_SPEED")
     meeting_m = max(_MEETING_M, _MEETING_S * speed_mps)
-    route_m = meeting_m + max(_ONWARD_M, _ONWARD_S * speed_mps)
+    route_m = meeting_m + (number(settings, "onward") or max(_ONWARD_M, _ONWARD_S * speed_mps))
     point = home.to_geodetic(route_m, 0.0)
     gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *point, params=(0.0, _RADIUS_M, 0.0, math.nan))])
     gcs.set_mode(_MISSION)
@@ -243,6 +243,7 @@ SCENARIO = Scenario(
         "gnss": "sbas",
         "waves": "",
         "speed": "",
+        "onward": "",
     },
     by_vessel={"rescuerunner": {"gnss": "standalone"}},
     sail=sail,

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from companion.analysis.compare import LogDifference
 from companion.analysis.log_reader import LogError, open_log, read_table
 from companion.analysis.replay import Spread, replay
 from companion.analysis.rerun import rerun
@@ -79,6 +80,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def again(recorded: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[LogDifference, Path]:
+    """The run done again, and its folder."""
+    folder = tmp_path_factory.mktemp("again") / "log"
+    return rerun(open_log(recorded), folder), folder
+
+
 def copied(recorded: Path, folder: Path) -> Path:
     return Path(shutil.copytree(recorded, folder / "log"))
 
@@ -89,9 +97,10 @@ def test_the_same_code_gives_the_same_estimates_to_the_last_bit(recorded: Path, 
     assert result.largest_in_log() == 0.0
 
 
-def test_the_same_code_does_the_whole_run_again_to_the_last_bit(recorded: Path, tmp_path: Path) -> None:
-    out = tmp_path / "again"
-    result = rerun(open_log(recorded), out)
+def test_the_same_code_does_the_whole_run_again_to_the_last_bit(
+    recorded: Path, again: tuple[LogDifference, Path]
+) -> None:
+    result, out = again
     assert result.same and result.warnings == [] and result.ticks > 350
     assert (out / "ticks.csv").read_bytes() == (recorded / "ticks.csv").read_bytes()
     assert (out / "events.csv").read_bytes() == (recorded / "events.csv").read_bytes()
@@ -181,9 +190,9 @@ def test_every_vessel_is_done_again_to_the_last_bit(tmp_path: Path) -> None:
         assert rerun(log, tmp_path / f"{vessel}-again").same
 
 
-def test_a_replay_can_itself_be_replayed(recorded: Path, tmp_path: Path) -> None:
-    first = rerun(open_log(recorded), tmp_path / "first")
-    assert first.same and rerun(open_log(tmp_path / "first"), tmp_path / "second").same
+def test_a_replay_can_itself_be_replayed(again: tuple[LogDifference, Path], tmp_path: Path) -> None:
+    first, folder = again
+    assert first.same and rerun(open_log(folder), tmp_path / "second").same
 
 
 def without(recorded: Path, folder: Path, unwanted: Callable[[str, bytes], bool]) -> Path:

@@ -23,7 +23,7 @@ def keep_clear(folder: Path, seed: int, **changes: str) -> dict[str, float]:
 
 
 def test_keeps_clear_of_a_vessel_from_starboard(tmp_path: Path) -> None:
-    keep_clear(tmp_path, 1, situation="crossing_starboard")
+    keep_clear(tmp_path, 1, situation="crossing_starboard", onward="90")
 
 
 @pytest.mark.sweep

@@ -16,10 +16,10 @@ from companion.nav.inertial_units import InertialUnits, inertial_units, silences
 from tests.unit.nav.boat_truth import Passage, Voyage, config_of, navigate, rms
 
 VOYAGE = Voyage(duration_s=70.0, seed=11)
-SWITCH = replace(VOYAGE, duration_s=46.0)  # as long as what comes with BEGUN_S is looked at
+SWITCH = replace(VOYAGE, duration_s=31.0)  # as long as what comes with BEGUN_S is looked at
 BIASES = ((0.0, 0.0, 0.0), (0.25, -0.2, 0.1), (-0.15, 0.1, -0.2))  # m/s², beside that of the first
 TURNS = (0.0, math.radians(0.6), math.radians(-0.4))  # rad/s
-BEGUN_S = 40.0
+BEGUN_S = 25.0
 Lie = Callable[[Imu], Imu | None]
 
 
