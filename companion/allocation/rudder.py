@@ -2,8 +2,8 @@
 
 The blade gives a side force by the flow over it (`RudderCurve`), at x behind the middle of the boat: N = x Y. Thrust
 ahead serves surge and makes flow; where it makes too little for the yaw moment, it is raised to at most RUD_STEER of
-the largest thrust; to more where that has long been too little, because wind holds the bow. Thrust astern leaves the blade without a race: the boat brakes or steers, whichever is asked for
-more, as a share of its limit.
+the largest thrust; to more where that has long been too little, because wind holds the bow. Thrust astern leaves the
+blade without a race: the boat brakes or steers, whichever is asked for more, as a share of its limit.
 """
 
 from __future__ import annotations
