@@ -75,10 +75,24 @@ def test_a_feasible_demand_is_given(surge_n: float, yaw_nm: float, surge_mps: fl
 
 
 def test_thrust_is_added_to_steer_up_to_its_share() -> None:
-    gentle, hard = settle(allocator(), Wrench(0.0, 0.0, 5.0)), settle(allocator(), Wrench(0.0, 0.0, 1000.0))
+    gentle = settle(allocator(), Wrench(0.0, 0.0, 5.0))
+    a = allocator()
+    for _ in range(25):  # the thrust is there, and a turn may still be quick
+        hard = a.update(Wrench(0.0, 0.0, 1000.0), DT_S)
     assert gentle.achieved.yaw_nm == pytest.approx(5.0, rel=1e-6) and gentle.limited[0]
     assert hard.thrusters[0].force_n == pytest.approx(0.35 * 80.0) and hard.limited[2]
     assert settle(allocator(RUD_STEER=0.0), Wrench(0.0, 0.0, 5.0)).thrusters[0].force_n == 0.0
+
+
+def test_wind_that_holds_the_bow_gets_all_thrust_and_a_turn_that_is_done_gives_it_back() -> None:
+    a = allocator()
+    held = [settle(a, Wrench(0.0, 0.0, 1000.0)) for _ in range(2)][-1]
+    assert held.thrusters[0].force_n == pytest.approx(80.0)
+    for _ in range(2):
+        settle(a, Wrench(0.0, 0.0, 5.0))
+    assert a.update(Wrench(0.0, 0.0, 1000.0), DT_S).thrusters[0].force_n <= 0.35 * 80.0 + 1e-6
+    never = allocator(RUD_STEER=0.0)
+    assert [settle(never, Wrench(0.0, 0.0, 1000.0)) for _ in range(2)][-1].thrusters[0].force_n == 0.0
 
 
 def test_it_brakes_or_steers_whichever_is_asked_for_more() -> None:
