@@ -64,8 +64,8 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 
 class SupervisorParts:
-    """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches `achieved` and `demanded`,
-    and indices of `failed` thrusters."""
+    """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches
+    `achieved` and `demanded`, and indices of `failed` thrusters."""
 
     def __init__(
         self,
