@@ -313,7 +313,7 @@ class Vessel:
             allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav), planned, ahead)
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
-        self.supervisor.thrust_achieved(allocation.achieved)
+        self.supervisor.thrust_achieved(allocation.achieved, wrench)
         return allocation
 
     def gate(

@@ -286,10 +286,10 @@ class ModeInputs:
     """What a mode gets in each tick. `manual`: live sticks with authority, else None. `speed_mps`: the speed for modes
     that steer by themselves.
 
-    `achieved`: the wrench that the thrusters gave in the last cycle. `failed`: indices of failed thrusters; `up`:
-    indices of those not lowered. `steers_late_s`: by how much the boat answers its helm later than its file says, since
-    its steering is slow. `leader`: None while no lead boat is heard; `leader_fault`: why it cannot be followed
-    now. `station`: the follow position, (distance_m, bearing_rad in the leader's frame, π astern).
+    `achieved`: the wrench that the thrusters gave in the last cycle, of the one `demanded`. `failed`: indices of failed
+    thrusters; `up`: indices of those not lowered. `steers_late_s`: by how much the boat answers its helm later than its
+    file says, since its steering is slow. `leader`: None while no lead boat is heard; `leader_fault`: why it cannot be
+    followed now. `station`: the follow position, (distance_m, bearing_rad in the leader's frame, π astern).
     """
 
     nav: NavState
@@ -299,6 +299,7 @@ class ModeInputs:
     now_s: float
     dt_s: float
     achieved: Wrench = ZERO_WRENCH
+    demanded: Wrench = ZERO_WRENCH
     steers_late_s: float = 0.0
     failed: frozenset[int] = frozenset()
     up: frozenset[int] = frozenset()

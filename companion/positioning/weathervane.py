@@ -16,21 +16,22 @@ from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
 from companion.core.events import EventLog
+from companion.core.frames import body_to_ned, ned_to_body
 from companion.params.store import Parameters
 
 _MEAN_S = 15.0
 _SETTLE_S = 30.0  # after the start, before the mean counts
 _TURN_S = 120.0  # in which the bow would turn by the angle of the force; this one changes several times as fast
 _BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
-# Driven off: share of the sideways limit in the mean; seconds before the mean counts; and _TURN_S.
-_DRIVEN_SHARE, _DRIVEN_SETTLE_S, _DRIVEN_TURN_S = 0.7, 5.0, 30.0
+# Driven off: share of the sideways limit in the mean; _MEAN_S, which the turn must not outrun; _SETTLE_S.
+_DRIVEN_SHARE, _DRIVEN_MEAN_S, _DRIVEN_SETTLE_S = 0.7, 10.0, 5.0
 _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
 
 
 class Weathervane:
-    """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force, whether
-    the bow turns, the mean of the sideways force without its sign, whether the boat is driven off, and what was
-    announced."""
+    """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
+    east), whether the bow turns, the mean of the sideways demand without its sign, whether the boat is driven off, and
+    what was announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -79,7 +80,7 @@ class Weathervane:
         """Every tick while a point is held. `alarmed`: the boat is outside the alarm circle, or does not come to the
         point."""
         share = inputs.dt_s / (inputs.dt_s + _MEAN_S)
-        self._sideways_n += share * (abs(inputs.achieved.sway_n) - self._sideways_n)
+        self._sideways_n += share * (abs(inputs.demanded.sway_n) - self._sideways_n)
         if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._driven = True
             self.restart()
@@ -93,9 +94,11 @@ class Weathervane:
         self._take_mean(inputs)
         if self._taken_s < (_DRIVEN_SETTLE_S if self._driven else _SETTLE_S):
             return None
-        off_rad, turn_s = self._off_rad(), _DRIVEN_TURN_S if self._driven else _TURN_S
+        off_rad = self._off_rad(inputs.nav.yaw_rad)
         self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
-        return wrap_pi(held_rad + off_rad * inputs.dt_s / turn_s) if self._turning else None
+        if not self._turning:
+            return None
+        return wrap_pi(inputs.nav.yaw_rad + off_rad if self._driven else held_rad + off_rad * inputs.dt_s / _TURN_S)
 
     def _active(self, now_s: float) -> bool:
         """Whether the heading is free; announces it."""
@@ -114,13 +117,15 @@ class Weathervane:
 
     def _take_mean(self, inputs: ModeInputs) -> None:
         self._taken_s += inputs.dt_s
-        share = inputs.dt_s / min(_MEAN_S, max(self._taken_s, inputs.dt_s)) if inputs.dt_s > 0.0 else 0.0
-        x, y = self._mean
-        self._mean = x + share * (inputs.achieved.surge_n - x), y + share * (inputs.achieved.sway_n - y)
+        mean_s = _DRIVEN_MEAN_S if self._driven else _MEAN_S
+        share = inputs.dt_s / min(mean_s, max(self._taken_s, inputs.dt_s)) if inputs.dt_s > 0.0 else 0.0
+        achieved = inputs.achieved
+        north, east = body_to_ned(achieved.surge_n, achieved.sway_n, inputs.nav.yaw_rad)
+        self._mean = self._mean[0] + share * (north - self._mean[0]), self._mean[1] + share * (east - self._mean[1])
 
-    def _off_rad(self) -> float:
+    def _off_rad(self, yaw_rad: float) -> float:
         """Direction of the mean force from the bow; 0 in calm."""
-        x, y = self._mean
+        x, y = ned_to_body(*self._mean, yaw_rad)
         if abs(y) < _CALM_SHARE * self._sway_n and x > -_CALM_SHARE * self._surge_n:
             return 0.0
         return math.atan2(y, x)

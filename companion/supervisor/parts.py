@@ -64,8 +64,8 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 
 class SupervisorParts:
-    """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrench `achieved`,
-    and indices of `failed` thrusters."""
+    """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches
+    `achieved` and `demanded`, and indices of `failed` thrusters."""
 
     def __init__(
         self,
@@ -83,7 +83,8 @@ class SupervisorParts:
         self.nav = NO_ESTIMATE
         self.inputs = Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved, self.steers_late_s = ZERO_WRENCH, 0.0
+        self.achieved = self.demanded = ZERO_WRENCH
+        self.steers_late_s = 0.0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic = TrafficTracker(config.mmsi)
@@ -199,6 +200,7 @@ class SupervisorParts:
             now_s=now_s,
             dt_s=dt_s,
             achieved=self.achieved,
+            demanded=self.demanded,
             steers_late_s=self.steers_late_s,
             failed=self.failed,
             up=self.retraction.up,

@@ -134,9 +134,10 @@ class Supervisor(Requests):
         self.parts.offboard.limits.set(most_s, most_m)
         return ACCEPTED
 
-    def thrust_achieved(self, achieved: Wrench) -> None:
-        """The wrench that the thrusters give in this cycle, from the allocation."""
-        self.parts.achieved = achieved
+    def thrust_achieved(self, achieved: Wrench, demanded: Wrench | None = None) -> None:
+        """The wrench that the thrusters give in this cycle, from the allocation, and the one that was demanded; None:
+        the same."""
+        self.parts.achieved, self.parts.demanded = achieved, demanded or achieved
 
     def steers_late(self, by_s: float) -> None:
         """The boat answers its helm later by that than its file says."""

@@ -132,14 +132,18 @@ def yaw_asked(boat: Boat) -> float:
     return setpoint.yaw_rad
 
 
-def blown_off(boat: Boat, sway_n: float, circles: float = 1.5, seconds: float = 60.0) -> None:
-    """Put the boat beyond its alarm circle, `circles` times that off, and let it push sideways with `sway_n`."""
+def blown_off(
+    boat: Boat, sway_n: float, circles: float = 1.5, seconds: float = 60.0, demanded_n: float | None = None
+) -> None:
+    """Put the boat beyond its alarm circle, `circles` times that off, and let it push sideways with `sway_n` of
+    `demanded_n`; None: of as much."""
+    demanded = Wrench(0.0, sway_n if demanded_n is None else demanded_n, 0.0)
     north_m = circles * boat.parameters["DP_ALARM_R"]
     lat_deg, lon_deg = boat.point(north_m, 0.0)
     boat.pinned = True
     boat.nav = replace(boat.nav, north_m=north_m, lat_deg=lat_deg, lon_deg=lon_deg)
     for _ in range(round(seconds / 0.1)):
-        boat.supervisor.thrust_achieved(Wrench(0.0, sway_n, 0.0))
+        boat.supervisor.thrust_achieved(Wrench(0.0, sway_n, 0.0), demanded)
         boat.tick()
 
 
@@ -149,6 +153,40 @@ def test_driven_off_with_all_its_sideways_thrust_the_boat_gives_up_its_heading(f
     blown_off(boat, limit_n)
     assert boat.texts().count(DRIVEN) == 1
     assert yaw_asked(boat) > math.radians(30.0), "towards the force that it gives"
+
+
+def test_driven_off_to_the_side_where_its_thrusters_push_less_it_gives_up_its_heading_too(
+    free: Callable[..., Boat],
+) -> None:
+    """It lay 7 m from its point and 49 m from another for good: a bow thruster is weak in reverse."""
+    boat = free(DP_WEATHERVANE=0.0)
+    limit_n = boat.config.limits.sway_n
+    blown_off(boat, -0.6 * limit_n, demanded_n=-limit_n)
+    assert boat.texts().count(DRIVEN) == 1
+    assert yaw_asked(boat) < math.radians(-30.0)
+
+
+def test_a_boat_that_cannot_reach_its_hold_point_from_the_side_turns_its_bow_to_the_weather(
+    free: Callable[..., Boat],
+) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    boat.supervisor.go_to(*boat.point(0.0, 0.0), None, None, boat.now_s)
+    blown_off(boat, boat.config.limits.sway_n, circles=0.7, seconds=100.0)
+    assert "watch_alarm" not in boat.names()
+    assert boat.texts().count(DRIVEN) == 1
+
+
+def test_driven_off_the_bow_turns_within_a_minute_and_does_not_pass_the_weather(free: Callable[..., Boat]) -> None:
+    """A mean in the axes of the boat lags behind the turn; turned faster by that, the bow went round and round."""
+    boat, weather = free(DP_WEATHERVANE=0.0), Weather(math.radians(120.0), 10.0)
+    blown_off(boat, boat.config.limits.sway_n, seconds=40.0)
+    boat.pinned = False
+    off = []
+    for _ in range(100):
+        sail(boat, weather, 1.0)
+        off.append(math.degrees(wrap_pi(boat.nav.yaw_rad - weather.from_rad)))
+    assert max(off) < 20.0
+    assert max(map(abs, off[60:])) < 5.0
 
 
 def test_at_home_after_rtl_too(free: Callable[..., Boat]) -> None:
