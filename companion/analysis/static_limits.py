@@ -12,10 +12,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from companion.analysis.polar import can_hold, strongest, wrench_against
+from companion.analysis.rudder_turn import room_m
 from companion.config.dimensions.form import GRAVITY_MPS2, TRAITS, WATER_KGPM3
 from companion.config.vessel import VesselConfig
 from companion.control.heading import held_nm_per_rad
 from companion.core.actuation import Wrench
+from companion.params.store import Parameters
+from companion.params.table import table_of
 
 MOST_MPS, MOST_CURRENT_MPS, MOST_HEIGHT_M = 40.0, 5.0, 2.0
 _STEPS = 9  # of halving
@@ -32,6 +35,7 @@ _AT_TEN_M = 1.5  # wind at 10 m over that at a small boat
 _PERIOD_S = 4.2  # of a sea of 1 m; it grows with the root of the height
 _WEAK_MPS = 5.5  # a moderate breeze
 _OFF_BOW_RAD = math.radians(20.0)
+_RUDDER_ROOM = 0.25  # of the watch circle, for a turn by the rudder; gusts and the way back take the rest
 
 
 Demand = Callable[[float, float], Wrench]
@@ -41,7 +45,8 @@ Demand = Callable[[float, float], Wrench]
 @dataclass(frozen=True, slots=True)
 class Limit:
     """What is held from ahead and from any side. Of a boat that cannot push itself sideways `side` is the most in which
-    its bow comes round and stays; None where that is not known, or nothing turns it away. `most` bounds the search."""
+    its bow comes round and stays, by a rudder within a quarter of its watch circle; None where that is not known, or
+    nothing turns it away. `most` bounds the search."""
 
     ahead: float
     side: float | None
@@ -58,6 +63,7 @@ class StaticLimits:
     current: Limit
     waves: Limit
     held_sideways: bool
+    by_rudder: bool = False
 
 
 def static_limits(config: VesselConfig) -> StaticLimits | None:
@@ -82,6 +88,7 @@ def static_limits(config: VesselConfig) -> StaticLimits | None:
         _limit(config, stream, MOST_CURRENT_MPS, turns=False),
         _limit(config, sea, MOST_HEIGHT_M, turns=False),
         config.limits.sway_n > 0.0,
+        _by_rudder(config),
     )
 
 
@@ -113,6 +120,8 @@ def drift(config: VesselConfig, height_m: float, period_s: float, from_rad: floa
 def lines(found: StaticLimits) -> list[str]:
     """Lines for people."""
     side = "from any side" if found.held_sideways else "the bow comes round in"
+    if found.by_rudder:
+        side = "the rudder brings the bow round within the watch circle in"
     rows = (
         ("wind", found.wind, "m/s", 1),
         ("wind with the waves that it raises over 1 km", found.with_waves, "m/s", 1),
@@ -141,6 +150,12 @@ def weakness(config: VesselConfig, found: StaticLimits) -> Iterator[str]:
                 "Hold and Dock: give no heading, DP_WEATHERVANE 1 lets the bow turn to the weather. Missions: legs "
                 "across the wind are sailed off the path. More thrust sideways, or less area above the water"
             )
+        elif found.by_rudder:
+            yield (
+                f"limits.yaw_nm: wind above {side:.1f} m/s with its waves carries the boat out of its watch circle "
+                "while the rudder brings the bow round. Hold: give it room, DP_WATCH_R. A larger rudder, more thrust "
+                "ahead (RUD_STEER for steering), or less area above the water"
+            )
         else:
             yield (
                 f"limits.yaw_nm: in wind above {side:.1f} m/s with its waves the bow does not come round to it. Hold, "
@@ -152,6 +167,11 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
     """`turns`: whether it turns the bow of a boat that drifts across it. A current carries such a boat along. What a
     rudder or a jet turns depends on the way through the water."""
     sideways, yaw_nm = config.limits.sway_n > 0.0, config.limits.yaw_nm
+    if turns and _by_rudder(config):
+        room = _RUDDER_ROOM * Parameters(config.parameters, table_of(config))["DP_WATCH_R"]
+        ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
+        round_in = strongest(lambda value: room_m(config, lambda rad: demand(value, rad)) <= room, ahead, _STEPS)
+        return Limit(ahead, round_in, most)
     turns = turns and not any(thruster.kind in ("jet", "rudder") for thruster in config.thrusters)
 
     loop_nm = held_nm_per_rad(config) * _OFF_BOW_RAD
@@ -169,6 +189,10 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
     ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
     sides = [*map(from_side, angles), *(() if sideways else (kept(),))]
     return Limit(ahead, min(sides) if sideways or turns else None, most)
+
+
+def _by_rudder(config: VesselConfig) -> bool:
+    return any(thruster.kind == "rudder" for thruster in config.thrusters)
 
 
 def _box(config: VesselConfig) -> tuple[float, float, float]:

@@ -83,8 +83,7 @@ class SupervisorParts:
         self.nav = NO_ESTIMATE
         self.inputs = Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved = self.demanded = ZERO_WRENCH
-        self.steers_late_s = 0.0
+        self.achieved, self.demanded, self.steers_late_s = ZERO_WRENCH, ZERO_WRENCH, 0.0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic = TrafficTracker(config.mmsi)

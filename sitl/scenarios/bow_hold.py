@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from sitl.scenarios.boat import comes_back
+from sitl.scenarios.boat import holds_by_drifting
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, distance_to
@@ -40,7 +40,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
 def _circles_m(gcs: GroundStation) -> tuple[float, float]:
     """Within what it holds 95 % of the time, and always."""
     config = gcs.rig.config
-    if comes_back(config):
+    if holds_by_drifting(config):
         return gcs.parameter("DP_WATCH_R"), gcs.parameter("DP_ALARM_R")
     radius_m = max(_LEAST_RADIUS_M, _LENGTHS * config.length_m)
     return radius_m, 2.0 * radius_m

@@ -23,6 +23,7 @@ from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _FORCES = 0x00020000
 _SETTLE_S = 30.0
+_SHARE = 0.4  # of the boat's limit, where no force is given
 _SIDES = {"starboard": 1.0, "port": -1.0}
 
 
@@ -49,12 +50,12 @@ def _measured(config: VesselConfig, plant: str | None) -> VesselConfig:
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Demand the force to each side for `time` seconds, from rest at home."""
-    share = number(settings, "force") / gcs.rig.config.limits.sway_n
+    limit_n = gcs.rig.config.limits.sway_n
+    share = number(settings, "force") / limit_n if settings["force"] else _SHARE
     if not 0.0 < share <= 1.0:
-        most_n = gcs.rig.config.limits.sway_n
         raise ScenarioError(
-            f"force={settings['force']}: must be above 0, and at most {most_n:g} N (limits.sway_n of this boat); "
-            f"try --set force={0.5 * most_n:.2g}"
+            f"force={settings['force']}: must be above 0, and at most {limit_n:g} N (limits.sway_n of this boat); "
+            f"try --set force={0.5 * limit_n:.2g}"
         )
     spans: dict[str, tuple[float, float]] = {}
     gcs.hold_at_home(_SETTLE_S)
@@ -109,7 +110,7 @@ SCENARIO = Scenario(
     text="a pure sway demand to each side in Forces: how far the bow turns (ReVolt thesis 10.4.2)",
     vessel="revolt",
     defaults={
-        "force": "10",
+        "force": "",
         "time": "20",
         "levers": "file",
         "wind": "",
@@ -117,6 +118,7 @@ SCENARIO = Scenario(
         "gnss": "rtk",
         "plant": "",
     },
+    by_vessel={"revolt": {"force": "10"}},
     needs=(sideways,),
     sail=sail,
     measure=measure,
