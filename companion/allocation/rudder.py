@@ -17,8 +17,8 @@ from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
 _WORTH_SHARE = 0.08  # of the moment at rest with the thrust for steering: a smaller one is not worth thrust of its own
-# For the first time thrust stays at RUD_STEER, which suffices for turns; within the second it grows to all of it. Slower,
-# wind carries the boat off before its bow comes round.
+# For the first time thrust stays at RUD_STEER, which suffices for turns; within the second it grows to all of it.
+# Slower, wind carries the boat off before its bow comes round.
 _TURN_S, _MORE_S = 3.0, 3.0
 _STAYS = 1.5  # factor on what is being done: the boat does not change between braking and steering in every tick
 
