@@ -41,7 +41,7 @@ def add_to(commands: Any) -> None:
 
 
 def _identify(arguments: argparse.Namespace) -> int:
-    from companion.analysis.identify import identify
+    from companion.analysis.identify import TOML_FILE, identify
     from companion.analysis.trial_log import manoeuvres
 
     if arguments.beside:
@@ -53,7 +53,11 @@ def _identify(arguments: argparse.Namespace) -> int:
         found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold, told)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
-    print(f"written: {out}")
+    print(f"written: {out / TOML_FILE}")
+    print(
+        "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;"
+    )
+    print("then companion check FILE, and sail the scenarios again. A Trial does all of this by itself")
     return 0
 
 

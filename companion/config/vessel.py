@@ -348,6 +348,7 @@ def _overlaid(text: str, overlay: Path) -> VesselConfig:
         )
     except tomllib.TOMLDecodeError as error:
         raise ConfigError([_not_toml(str(overlay), overlay.read_text(encoding="utf-8"), str(error))]) from error
+    config = _simulated(config)
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:
         raise ConfigError(problems)
