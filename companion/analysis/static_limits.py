@@ -88,7 +88,7 @@ def static_limits(config: VesselConfig) -> StaticLimits | None:
         _limit(config, stream, MOST_CURRENT_MPS, turns=False),
         _limit(config, sea, MOST_HEIGHT_M, turns=False),
         config.limits.sway_n > 0.0,
-        _by_rudder(config),
+        config.has_rudder,
     )
 
 
@@ -165,15 +165,12 @@ def weakness(config: VesselConfig, found: StaticLimits) -> Iterator[str]:
 
 def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True) -> Limit:
     """`turns`: whether it turns the bow of a boat that drifts across it. A current carries such a boat along. What a
-    rudder or a jet turns depends on the way through the water."""
+    jet turns depends on the way through the water."""
+    ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
+    if config.has_rudder:
+        return Limit(ahead, _rudder_limit(config, demand, ahead) if turns else None, most)
     sideways, yaw_nm = config.limits.sway_n > 0.0, config.limits.yaw_nm
-    if turns and _by_rudder(config):
-        room = _RUDDER_ROOM * Parameters(config.parameters, table_of(config))["DP_WATCH_R"]
-        ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
-        round_in = strongest(lambda value: room_m(config, lambda rad: demand(value, rad)) <= room, ahead, _STEPS)
-        return Limit(ahead, round_in, most)
-    turns = turns and not any(thruster.kind in ("jet", "rudder") for thruster in config.thrusters)
-
+    turns = turns and not any(thruster.kind == "jet" for thruster in config.thrusters)
     loop_nm = held_nm_per_rad(config) * _OFF_BOW_RAD
 
     def kept() -> float:
@@ -186,13 +183,14 @@ def _limit(config: VesselConfig, demand: Demand, most: float, turns: bool = True
         return strongest(lambda value: abs(demand(value, from_rad).yaw_nm) <= yaw_nm, most, _STEPS)
 
     angles = [math.tau * n / _DIRECTIONS for n in range(_DIRECTIONS)]
-    ahead = strongest(lambda value: can_hold(config, demand(value, 0.0)), most, _STEPS)
     sides = [*map(from_side, angles), *(() if sideways else (kept(),))]
     return Limit(ahead, min(sides) if sideways or turns else None, most)
 
 
-def _by_rudder(config: VesselConfig) -> bool:
-    return any(thruster.kind == "rudder" for thruster in config.thrusters)
+def _rudder_limit(config: VesselConfig, demand: Demand, most: float) -> float:
+    """The most in which the rudder brings the bow round with room to spare in the watch circle."""
+    within_m = _RUDDER_ROOM * Parameters(config.parameters, table_of(config))["DP_WATCH_R"]
+    return strongest(lambda value: room_m(config, lambda from_rad: demand(value, from_rad)) <= within_m, most, _STEPS)
 
 
 def _box(config: VesselConfig) -> tuple[float, float, float]:

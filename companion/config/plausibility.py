@@ -274,7 +274,7 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
     if config.limits.sway_n <= 0.0:
         astern = any(t.pushes_astern for t in config.thrusters)
         hold = "lies bow to the weather at its point" if astern else "drifts and sails back within its watch circle"
-        if any(thruster.kind == "rudder" for thruster in config.thrusters):
+        if config.has_rudder:
             hold = "keeps bow to the weather within its watch circle, by its rudder"
         if config.has_sail:
             hold = "sails to and fro within its watch circle"

@@ -289,6 +289,11 @@ class VesselConfig:
         """Whether a sail drives the boat."""
         return any(thruster.kind == "sail" for thruster in self.thrusters)
 
+    @property
+    def has_rudder(self) -> bool:
+        """Whether a rudder behind a propeller steers the boat; that of a sail belongs to the sail."""
+        return any(thruster.kind == "rudder" for thruster in self.thrusters)
+
 
 class NavigatedBoat(Protocol):
     """What navigation needs of a boat: a vessel, or a lead boat with a module aboard."""

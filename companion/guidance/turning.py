@@ -51,7 +51,7 @@ def sway_lag_s(hull: HullConfig, surge_mps: float, sway_mps: float) -> float:
 
 def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     """How the vessel turns; `on_the_spot`: it needs no way for it."""
-    rudder = any(thruster.kind == "rudder" for thruster in config.thrusters)
+    rudder = config.has_rudder
     return Turning(on_the_spot, config.hull if rudder else None, bends_of(config))
 
 

@@ -82,7 +82,7 @@ class BowKeeper:
         self._shortest_m = max(_LEAST_LINE_M, config.length_m)
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
         self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
-        self._needs_flow = any(t.kind == "rudder" for t in config.thrusters)
+        self._needs_flow = config.has_rudder
         most_mps = stern_first_mps(config)
         self._astern_mps = most_mps if math.isfinite(most_mps) else 0.0
         self._hull, self._turning_nm = config.hull, _MOMENT_SHARE * config.limits.yaw_nm

@@ -137,7 +137,7 @@ class Supervisor(Requests):
     def thrust_achieved(self, achieved: Wrench, demanded: Wrench | None = None) -> None:
         """The wrench that the thrusters give in this cycle, from the allocation, and the one that was demanded; None:
         the same."""
-        self.parts.achieved, self.parts.demanded = achieved, demanded or achieved
+        self.parts.achieved, self.parts.demanded = achieved, achieved if demanded is None else demanded
 
     def steers_late(self, by_s: float) -> None:
         """The boat answers its helm later by that than its file says."""

@@ -35,7 +35,7 @@ def comes_back(config: VesselConfig) -> bool:
 
 def holds_by_drifting(config: VesselConfig) -> bool:
     """Whether it holds inside its watch circle and is never at rest: a rudder steers by its way alone, too."""
-    return comes_back(config) or any(thruster.kind == "rudder" for thruster in config.thrusters)
+    return comes_back(config) or config.has_rudder
 
 
 def fast_mps(config: VesselConfig, asked_mps: float) -> float:

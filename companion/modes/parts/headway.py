@@ -46,6 +46,10 @@ class Headway:
             return None
         return 0.0 if self._stuck_s is None else now_s - self._stuck_s
 
+    def is_stuck(self, now_s: float) -> bool:
+        """Whether the boat has made no headway for 40 s."""
+        return (self.stuck_s(now_s) or 0.0) > 0.0
+
     def update(self, way_m: float, speed_mps: float, now_s: float) -> None:
         """Record the way made so far and judge it once a second. `speed_mps` is the wanted speed."""
         if now_s - self._last_s > _GAP_S:

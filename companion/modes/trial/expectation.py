@@ -86,9 +86,7 @@ def expected(config: VesselConfig) -> Expectation:
     top = top_speed_mps(config)
     top = min(top, 3.0 * _HULL_SPEED * math.sqrt(_GRAVITY_MPS2 * config.length_m))
     astern = min(limits.surge_n, sum(_astern_n(thruster) for thruster in config.thrusters))
-    needs_way = any(thruster.kind == "rudder" for thruster in config.thrusters) or (
-        largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n
-    )
+    needs_way = config.has_rudder or (largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n)
     return Expectation(
         length_m=config.length_m,
         surge_n=limits.surge_n,
