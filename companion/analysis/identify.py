@@ -32,13 +32,15 @@ _ADVICE = (
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """`report`: for a person; `toml`: for the vessel's file; `plot`: None where matplotlib is not installed."""
+    """`report`: for a person; `toml`: for the vessel's file, and `better`: whether it is worth having there; `plot`: None
+    where matplotlib is not installed."""
 
     fit: HullFit
     report: str
     toml: str
     plot: Path | None
     warnings: tuple[str, ...]
+    better: bool
 
 
 def identify(
@@ -75,7 +77,7 @@ def identify(
     except ImportError:
         plotted = None
         warnings.append(f"no plot: {MATPLOTLIB_MISSING}")
-    return Identification(found, report(found, manoeuvre), toml, plotted, tuple(warnings))
+    return Identification(found, report(found, manoeuvre), toml, plotted, tuple(warnings), not told_less)
 
 
 def advice(model: HullModel, found: HullFit) -> list[str]:

@@ -16,6 +16,15 @@ from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
 
 
+_NEXT = (
+    "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;",
+    "then companion check FILE, and sail the scenarios again. A Trial does all of this by itself",
+)
+_NEXT_OF_NONE = (
+    "Next: leave the vessel's file as it is, and sail a Trial: it moves the boat in all the ways that tell",
+)
+
+
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     identify = commands.add_parser(
@@ -54,10 +63,7 @@ def _identify(arguments: argparse.Namespace) -> int:
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out / TOML_FILE}")
-    print(
-        "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;"
-    )
-    print("then companion check FILE, and sail the scenarios again. A Trial does all of this by itself")
+    print(*_NEXT if found.better else _NEXT_OF_NONE, sep="\n")
     return 0
 
 

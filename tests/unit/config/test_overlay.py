@@ -100,7 +100,9 @@ def test_no_vessel_and_no_overlay_by_mistake(vessel_file: Path) -> None:
 
 
 @pytest.mark.parametrize("table", ["[sitl]\nbattery_wh = 500.0\n", "[sitl.plants.laden]\n[sitl.plants.laden.hull]\n"])
-def test_a_boat_that_is_simulated_as_modelled_takes_an_overlay(tmp_path: Path, table: str) -> None:
+def test_a_boat_that_is_simulated_as_modelled_takes_an_overlay(
+    tmp_path: Path, table: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A table [sitl] that names no plant means the hull of the file, with an overlay too."""
     vessel_file = tmp_path / "own.toml"
     text = find("heron").read_text(encoding="utf-8")
@@ -110,3 +112,5 @@ def test_a_boat_that_is_simulated_as_modelled_takes_an_overlay(tmp_path: Path, t
     before, overlay = load(vessel_file), written(vessel_file, text="[trial]\naccepted = false\n[hull]\nm11_kg = 39.0\n")
     assert main(["trial", "accept", str(overlay)]) == 0
     assert load(vessel_file).hull.m11_kg == 39.0 and load(vessel_file).sitl == before.sitl
+    assert main(["check", str(vessel_file)]) == 0
+    assert f"model: {overlay.name}, as accepted after a sea trial" in capsys.readouterr().out
