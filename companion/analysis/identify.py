@@ -32,8 +32,8 @@ _ADVICE = (
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """`report`: for a person; `toml`: for the vessel's file, and `better`: whether it is worth having there; `plot`: None
-    where matplotlib is not installed."""
+    """`report`: for a person; `toml`: for the vessel's file, and `better`: whether it is worth having there; `plot`:
+    None where matplotlib is not installed."""
 
     fit: HullFit
     report: str

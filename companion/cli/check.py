@@ -9,8 +9,8 @@ from companion.analysis.static_limits import lines, static_limits, weakness
 from companion.app import load_vessel
 from companion.cli.common import print_warnings
 from companion.cli.devices import listen_to
-from companion.config.plausibility import judgements
 from companion.config.overlay import in_force
+from companion.config.plausibility import judgements
 from companion.config.toml_places import dotted
 from companion.config.vessel import VesselConfig, find
 from companion.io.mavlink.wire.exposure import exposed_warnings

@@ -15,7 +15,6 @@ from companion.cli.progress import bar
 from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
 
-
 _NEXT = (
     "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;",
     "then companion check FILE, and sail the scenarios again. A Trial does all of this by itself",

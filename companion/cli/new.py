@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -225,6 +226,11 @@ def _new(arguments: argparse.Namespace) -> int:
     """Exit code 0 where the file was written, 1 where it was declined."""
     if arguments.file.exists():
         raise UsageError(f"{arguments.file}: exists already; choose another name")
+    folder = arguments.file.absolute().parent
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: no such folder; make it first")
+    if not os.access(folder, os.W_OK):
+        raise UsageError(f"{folder}: you may not write there; choose another folder")
     asks = not arguments.yes and sys.stdin.isatty()
     answers = _answers(arguments, asks)
     text = file_text(answers)

@@ -56,6 +56,14 @@ def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pyte
     assert not Path(file).exists()
 
 
+def test_a_folder_that_is_not_there_is_said_before_the_questions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "boats" / "cat.toml"), "--yes", *CATAMARAN]) == 2
+    shown = capsys.readouterr()
+    assert "boats: no such folder" in shown.err and shown.out == ""
+
+
 def test_a_fault_of_the_boat_names_the_option_that_it_comes_from(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
