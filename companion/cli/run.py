@@ -93,7 +93,7 @@ def _run(arguments: argparse.Namespace) -> int:
     logs = kept / "logs" if arguments.log is None else arguments.log
     judge_log_folder(logs)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
-    state = StateFile(kept / "state" if arguments.state is None else arguments.state)
+    state = StateFile(kept / "state" if arguments.state is None else arguments.state, complain)
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     private = script_links(config.scripts)
