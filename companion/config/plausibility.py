@@ -263,8 +263,8 @@ def _heading(config: VesselConfig) -> Iterator[Judgement]:
     if lines[0].antennas < 2 and all(row.heading == "none" for row in rows):
         yield Judgement(
             ("sensor",),
-            "no sensor is said to give a heading: antennas = 2 of a receiver; heading = 'magnetic', 'true' or 'ahrs' of "
-            "an inertial sensor",
+            "no sensor is said to give a heading: a receiver by antennas = 2, or an inertial sensor by "
+            "heading = 'magnetic', 'true' or 'ahrs'",
             "All modes but Manual and Forces: unless the receiver's port has HDG or HDT too, the heading is found by "
             "motion, and is some degrees off at rest",
         )
