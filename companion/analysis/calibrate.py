@@ -71,8 +71,9 @@ def _readings(
     names = sorted({reading.source for reading in fields})
     if not names:
         raise LogError(
-            f"{path}: no magnetic field in this log: the inertial sensor must send it "
-            "(MTData2: add Magnetic Field to its output)"
+            f"{path}: no magnetic field in this log. With heading = 'ahrs' the inertial sensor must send it "
+            "(MTData2: add Magnetic Field to its output); with 'magnetic' or 'true' it makes the heading itself, and "
+            "its maker's program calibrates it"
         )
     if sensor is None and len(names) > 1:
         raise LogError(f"several magnetometers: choose one with --sensor {' or --sensor '.join(names)}")

@@ -162,7 +162,7 @@ class HullModel:
         """Smallest and largest value that makes sense, and that keeps the equations stable at the tick's step."""
         model = self.model[name]
         if name in INERTIA:
-            return 0.3 * model, 3.0 * model
+            return min(max(0.3 * model, self._least(name)), model), 3.0 * model
         if name == COUPLING:
             most = _MOST_AHEAD * self.log.config.length_m * self.model["m22_kg"]
             return model - most, model + most
@@ -174,6 +174,11 @@ class HullModel:
             return 0.1, 1.0
         most = _MOST * self.doubt(name) / 3.0
         return (0.0 if name in _RESISTING else -most), most
+
+    def _least(self, name: str) -> float:
+        """Inertia without any water: of a boat from dimensions, the mass that was weighed."""
+        weighed = self.log.config.hull.mass_kg
+        return 0.0 if self.scale_known or weighed is None or name == "m33_kgm2" else weighed
 
     def hull(self, values: Mapping[str, float]) -> HullConfig:
         """The hull with these values."""

@@ -105,7 +105,7 @@ class Search:
         """Go a step; the sum of squares after it, which is `before` where no step makes it fall."""
         step = self._bounded_step()
         for share in _SHARES:
-            x = self.x + share * step
+            x = np.clip(self.x + share * step, self._low, self._high)
             left = self._left(x)
             if (now := self._sum(left, x)) < before:
                 self.x, self.left = x, left

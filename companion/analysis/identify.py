@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+import numpy as np
+
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
 from companion.analysis.hull_fit import Drag, Estimate, HullFit, fit
-from companion.analysis.hull_model import INERTIA, HullModel, axis_drag
+from companion.analysis.hull_model import CURRENT, INERTIA, HullModel, axis_drag
 from companion.analysis.log_reader import Log, LogError
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.config.hull import DampingConfig, HullConfig
@@ -19,6 +21,7 @@ TOML_FILE = "identified.toml"
 PLOT_FILE = "identified.png"
 _AXES = (("surge", "m/s"), ("sway", "m/s"), ("yaw rate", "rad/s"))
 _READ, _FITTED = 0.15, 0.9  # shares of the whole after which the log is read, and the hull fitted
+_BETTER = 0.9  # of the error of the model before, from which the new one is worth having
 _ENOUGH = 0.25  # relative uncertainty of a damping above which another manoeuvre is advised
 _ADVICE = (
     "go ahead and astern more, at several speeds",
@@ -29,13 +32,15 @@ _ADVICE = (
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """`report`: for a person; `toml`: for the vessel's file; `plot`: None where matplotlib is not installed."""
+    """`report`: for a person; `toml`: for the vessel's file, and `better`: whether it is worth having there; `plot`:
+    None where matplotlib is not installed."""
 
     fit: HullFit
     report: str
     toml: str
     plot: Path | None
     warnings: tuple[str, ...]
+    better: bool
 
 
 def identify(
@@ -61,7 +66,9 @@ def identify(
     found = fit(log, manoeuvre, hold, told=part(told, _READ, _FITTED))
     told("drawing", _FITTED)
     warnings += advice(model, found)
-    toml = toml_lines(log, found)
+    told_less = verdict(model, found)
+    warnings += told_less
+    toml = toml_lines(log, found, told_less)
     out.mkdir(parents=True, exist_ok=True)
     (out / TOML_FILE).write_text(toml, encoding="utf-8")
     plotted: Path | None = out / PLOT_FILE
@@ -70,7 +77,7 @@ def identify(
     except ImportError:
         plotted = None
         warnings.append(f"no plot: {MATPLOTLIB_MISSING}")
-    return Identification(found, report(found, manoeuvre), toml, plotted, tuple(warnings))
+    return Identification(found, report(found, manoeuvre), toml, plotted, tuple(warnings), not told_less)
 
 
 def advice(model: HullModel, found: HullFit) -> list[str]:
@@ -90,6 +97,25 @@ def advice(model: HullModel, found: HullFit) -> list[str]:
     return lines
 
 
+def verdict(model: HullModel, found: HullFit) -> list[str]:
+    """A line where the found hull, pushed by the log's forces, moves hardly more like the log than the hull of before
+    does, in the same weather."""
+    values = {one.name: one.value for one in found.estimates}
+    weather = {name: values[name] for name in (*model.weather, *CURRENT)}
+    before, after = (
+        model.manoeuvre.velocity - simulated
+        for simulated in (model.simulate({**model.model, **weather}), found.simulated)
+    )
+    scale = np.maximum((model.manoeuvre.velocity**2).mean(axis=0), 1e-12)
+    share = math.sqrt(float((after**2 / scale).mean()) / max(float((before**2 / scale).mean()), 1e-12))
+    if share < _BETTER:
+        return []
+    return [
+        "keep the figures of the vessel's file: with those below it moves no more like this log "
+        f"(error {share:.2g} of before). Sail a livelier manoeuvre, or a Trial"
+    ]
+
+
 def report(found: HullFit, manoeuvre: Manoeuvre) -> str:
     """A line for each quantity, the damping at the speeds in the log, and how well the model follows the log."""
     seconds = sum(end - first for first, end in manoeuvre.stretches) * manoeuvre.period_s
@@ -106,7 +132,8 @@ def report(found: HullFit, manoeuvre: Manoeuvre) -> str:
         for axis, ((name, unit), drag) in enumerate(zip(_AXES, found.drags, strict=True))
     ]
     lines += [
-        f"{axis}: {share:.1%} of the motion explained by the forces alone, {rms:.4f} {unit} RMS left"
+        f"{axis}: {f'{share:.1%}' if share > 0.0 else 'nothing'} of the motion explained by the forces alone, "
+        f"{rms:.4f} {unit} RMS left"
         for (axis, unit), share, rms in zip(_AXES, found.explained, found.residual_rms, strict=True)
     ]
     surge, sway, yaw = found.gusts
@@ -120,11 +147,17 @@ def _drag_line(name: str, unit: str, axis: int, drag: Drag) -> str:
     return f"{name} damping at {drag.speed:.3g} {unit}: {value} (model {drag.model:.3g})"
 
 
-def toml_lines(log: Log, found: HullFit) -> str:
-    """The `[hull]` tables with the result; below them, as comments, what the fit says of the thrusters."""
+def toml_lines(log: Log, found: HullFit, doubts: Sequence[str] = ()) -> str:
+    """The `[hull]` tables with the result; below them, as comments, what the fit says of the thrusters. `doubts` stand
+    above them."""
     by_name = {estimate.name: estimate for estimate in found.estimates}
     hull = found.hull
-    lines = [f"# identified from {log.folder.name}; ± one sigma", "[hull]"]
+    lines = [f"# identified from {log.folder.name}; ± one sigma"]
+    lines += [*(f"# {doubt}" for doubt in doubts), "[hull]"]
+    if hull.form is not None:  # what else follows from the dimensions, such as the wind areas, still does
+        lines.append(f'form = "{hull.form}"')
+    if hull.resistance:
+        lines.append(f"resistance = {[list(pair) for pair in hull.resistance]}")
     for spec in fields(HullConfig):
         value = getattr(hull, spec.name)
         if isinstance(value, float):
@@ -137,11 +170,10 @@ def toml_lines(log: Log, found: HullFit) -> str:
     ]
     lines += ["", f"# thruster lag {by_name['lag_s'].value:.2f} s. The hull above goes with these thrusters:"]
     for before, after in zip(log.config.thrusters, found.thrusters, strict=True):
-        lines.append(
-            f"# {before.name}: x_m = {after.x_m:.3f} (was {before.x_m:g}), "
-            f"ahead_n = {after.ahead_n:.3f} (was {before.ahead_n:g}), "
-            f"astern_n = {after.astern_n:.3f} (was {before.astern_n:g})"
-        )
+        lines.append(f"# {before.name}:")
+        for key in ("x_m", "ahead_n", "astern_n", "max_n", "min_n"):
+            new, old = getattr(after, key), getattr(before, key)
+            lines.append(f"#   {f'{key} = {new:.3f}':22}# was {old:g}")
     return "\n".join(lines) + "\n"
 
 

@@ -5,6 +5,7 @@ Only this folder knows both `companion` and `sitl`. The lockstep rig of scenario
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -12,10 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from companion.app import Surroundings, build
-from companion.cli.common import driven_clock
+from companion.cli.common import complain, driven_clock
 from companion.clock import PacedClock, WallClock
 from companion.config.vessel import VesselConfig
-from companion.core.ports import WaitingClock
+from companion.core.ports import Recorder, WaitingClock
+from companion.core.tick import Tick
 from companion.io.mavlink.wire.links import Link
 from companion.io.transport.opener import TransportOpener
 from companion.loop import RealWorld, Vessel
@@ -165,10 +167,37 @@ def _compose_simulated(
         network=TransportOpener(),
     )
     vessel = build(config, around)
-    vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
+    truth = TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters))
+    vessel.add_recorder(WhileThereIsSpace(truth, "truth.csv"))
     if world.cameras:
-        vessel.add_recorder(PictureLog(log_folder, world.cameras))
+        vessel.add_recorder(WhileThereIsSpace(PictureLog(log_folder, world.cameras), "pictures.csv"))
     return vessel, clock
+
+
+class WhileThereIsSpace:
+    """Recorder of the simulation's own truth: where the medium takes no more, it ends with a word, and the boat sails
+    on as a real one does. In lockstep, where the truth is what counts, such an error ends the run."""
+
+    def __init__(self, recorder: Recorder, name: str) -> None:
+        self._recorder: Recorder | None = recorder
+        self._name = name
+
+    def record(self, tick: Tick) -> None:
+        """Take one tick, as long as that is possible."""
+        if self._recorder is None:
+            return
+        try:
+            self._recorder.record(tick)
+        except OSError as error:
+            complain(f"{self._name} ends here: {error.strerror or error}; the boat sails on")
+            self.close()
+
+    def close(self) -> None:
+        """Close the file; what does not fit is lost."""
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            with contextlib.suppress(OSError):
+                recorder.close()
 
 
 def _manifest(options: RunOptions) -> dict[str, object]:

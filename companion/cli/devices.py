@@ -43,6 +43,9 @@ _NAMES = {
 }
 
 
+_OWN_YAW = ['# heading = "magnetic"    # where it is the compass: its own yaw; "true", or "ahrs" by its raw field']
+
+
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     devices = commands.add_parser(
@@ -99,11 +102,13 @@ def toml_lines(verdict: Recognised, url: str, heard_s: float, taken: set[str]) -
     match verdict.format:
         case LineFormat.NMEA:
             driver = "vectornav" if "YMR" in verdict.types else "nmea0183"
-            return _sensor(_NAMES[verdict.device], driver, url, taken, _nmea_lines(verdict, heard_s))
+            own = _OWN_YAW if driver == "vectornav" else []
+            return _sensor(_NAMES[verdict.device], driver, url, taken, [*_nmea_lines(verdict, heard_s), *own])
         case LineFormat.AIS:
             return _sensor("ais", "ais", url, taken, [])
         case LineFormat.MTDATA2:
-            return _sensor("imu", "mtdata2", url, taken, [_rate(sum(count for _, count in verdict.kinds), heard_s)])
+            rate = _rate(sum(count for _, count in verdict.kinds), heard_s)
+            return _sensor("imu", "mtdata2", url, taken, [rate, *_OWN_YAW])
         case LineFormat.BOARD:
             status = verdict.notes.get("status")
             n = len(status.thrusters) if isinstance(status, BoardStatus) else 0

@@ -7,10 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from companion.analysis.log_reader import LogError, open_log
 from companion.app import load_vessel
 from companion.cli import beside, consistency
 from companion.cli.common import UsageError
-from companion.config.vessel import VesselConfig
+from companion.config.vessel import HomeConfig, VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.mission import files
 from companion.mission.commands import PLACES
@@ -74,7 +75,7 @@ def _judged(label: str, folder: Path, vessel: VesselConfig, arguments: argparse.
         if arguments.task == "hold":
             yaw_rad = None if arguments.heading is None else math.radians(arguments.heading)
             return hold(track, vessel, _point(arguments.point), yaw_rad)
-        return route(track, vessel, _waypoints(arguments.plan, vessel), arguments.radius)
+        return route(track, vessel, _waypoints(arguments.plan, _home(folder, vessel)), arguments.radius)
     except (ValueError, KeyError) as error:
         why = f"no column {error} in truth.csv" if isinstance(error, KeyError) else error
         raise UsageError(f"{label}: {why}") from error
@@ -90,13 +91,21 @@ def _point(text: str | None) -> tuple[float, float] | None:
     return north_m, east_m
 
 
-def _waypoints(path: Path, vessel: VesselConfig) -> list[tuple[float, float]]:
-    """The places of a plan's mission, from the vessel's home, which is the first."""
+def _home(folder: Path, vessel: VesselConfig) -> HomeConfig:
+    """Where the run began, which `--home` may have chosen; the vessel's own where the log does not say it."""
+    try:
+        return open_log(folder).config.home
+    except LogError:
+        return vessel.home
+
+
+def _waypoints(path: Path, home: HomeConfig) -> list[tuple[float, float]]:
+    """The places of a plan's mission, from home, which is the first."""
     try:
         plan = files.read(path.name, path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from error
-    frame = LocalFrame(vessel.home.lat_deg, vessel.home.lon_deg)
+    frame = LocalFrame(home.lat_deg, home.lon_deg)
     points = [frame.to_ned(item.lat_deg, item.lon_deg) for item in plan.mission if item.command in PLACES]
     if not points:
         raise UsageError(f"{path}: no waypoint in its mission")

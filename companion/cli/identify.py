@@ -15,6 +15,14 @@ from companion.cli.progress import bar
 from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
 
+_NEXT = (
+    "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;",
+    "then companion check FILE, and sail the scenarios again. A Trial does all of this by itself",
+)
+_NEXT_OF_NONE = (
+    "Next: leave the vessel's file as it is, and sail a Trial: it moves the boat in all the ways that tell",
+)
+
 
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
@@ -41,7 +49,7 @@ def add_to(commands: Any) -> None:
 
 
 def _identify(arguments: argparse.Namespace) -> int:
-    from companion.analysis.identify import identify
+    from companion.analysis.identify import TOML_FILE, identify
     from companion.analysis.trial_log import manoeuvres
 
     if arguments.beside:
@@ -53,7 +61,8 @@ def _identify(arguments: argparse.Namespace) -> int:
         found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold, told)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
-    print(f"written: {out}")
+    print(f"written: {out / TOML_FILE}")
+    print(*_NEXT if found.better else _NEXT_OF_NONE, sep="\n")
     return 0
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -26,6 +27,8 @@ _COMMANDS = (
     *("bollard", "thruster_test", "trial"),
 )
 """Their modules, in the order of the help."""
+
+_NOBODY_READS = 141  # as shells have it: 128 and the number of SIGPIPE
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -51,6 +54,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
             print(problem, file=sys.stderr)
     except (UsageError, LinkError, LogError, TransportError, StateFileBusy) as error:
         complain(str(error))
+    except BrokenPipeError:  # who reads, as `head`, has enough: no mistake
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _NOBODY_READS
     except OSError as error:
         complain(f"{error.filename or 'the system'}: {error.strerror or error}")
     return 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -21,6 +22,7 @@ from companion.config.plausibility import judgements
 from companion.config.vessel import ConfigError, VesselConfig, parse
 
 Known = Mapping[str, Any]
+_FILE = "file"  # what is known before any question: the file's name without its end
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,13 +111,19 @@ def _name(text: str) -> str:
     return text
 
 
+def _short_name(known: Known) -> str:
+    """The file's name as a short name."""
+    plain = re.sub(r"[^a-z0-9]+", "_", known[_FILE].lower()).strip("_0123456789")
+    return plain[:32] or "boat"
+
+
 def _choices(words: Mapping[str, str]) -> str:
     """One line each."""
     return "".join(f"\n  {word}: {text}" for word, text in words.items()) + "\n"
 
 
 QUESTIONS: tuple[Question, ...] = (
-    Question("name", "Short name", _name),
+    Question("name", "Short name", _name, _short_name),
     Question("title", "Name for people", str, lambda known: str(known["name"]).replace("_", " ")),
     Question("form", f"Form of the hull:{_choices(FORMS)}which", _one_of(FORMS)),
     Question("length_m", "Length of the waterline, m", _metres),
@@ -203,17 +211,26 @@ def add_to(commands: Any) -> None:
     new = commands.add_parser("new", help="write a vessel's file from what you can measure, by questions or options")
     new.add_argument("file", type=Path, metavar="FILE", help="the TOML file to write; it must not exist yet")
     for question in QUESTIONS:
-        new.add_argument(
-            _option(question.key), dest=question.key, metavar="VALUE", help=" ".join(question.text.split())
-        )
+        new.add_argument(_option(question.key), dest=question.key, metavar="VALUE", help=_as_help(question.text))
     new.add_argument("--yes", action="store_true", help="ask nothing: what is not given takes its default")
     new.set_defaults(command=_new)
+
+
+def _as_help(text: str) -> str:
+    """A question in running text: its choices behind one another."""
+    asked, *choices = text.split("\n")
+    return asked + " " * bool(choices) + "; ".join(re.sub(r"^ *(\S+): (.*)", r"\1 (\2)", line) for line in choices[:-1])
 
 
 def _new(arguments: argparse.Namespace) -> int:
     """Exit code 0 where the file was written, 1 where it was declined."""
     if arguments.file.exists():
         raise UsageError(f"{arguments.file}: exists already; choose another name")
+    folder = arguments.file.absolute().parent
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: no such folder; make it first")
+    if not os.access(folder, os.W_OK):
+        raise UsageError(f"{folder}: you may not write there; choose another folder")
     asks = not arguments.yes and sys.stdin.isatty()
     answers = _answers(arguments, asks)
     text = file_text(answers)
@@ -226,6 +243,7 @@ def _new(arguments: argparse.Namespace) -> int:
         return 1
     arguments.file.write_text(text, encoding="utf-8")
     print(f"{arguments.file}: written. Next: companion check {arguments.file}")
+    print(f"and, to sail it in simulation: companion run {arguments.file} --sitl")
     return 0
 
 
@@ -269,7 +287,7 @@ def _three_digits(value: float) -> str:
 def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
     """All answers: options first, then questions or defaults. Raises UsageError."""
     known: dict[str, Any] = {question.key: None for question in QUESTIONS}
-    known["spread_m"] = 0.0
+    known["spread_m"], known[_FILE] = 0.0, arguments.file.stem
     missing = []
     for question in QUESTIONS:
         given = getattr(arguments, question.key)
@@ -285,7 +303,7 @@ def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
                 known[question.key] = question.default(known)
     if missing:
         raise UsageError(f"new: {', '.join(missing)} is missing; give it, or run in a terminal to be asked")
-    return Answers(**known)
+    return Answers(**{question.key: known[question.key] for question in QUESTIONS})
 
 
 def _read(question: Question, text: str) -> Any:

@@ -34,7 +34,7 @@ from companion.cli.trial_results import FileTrials, IdentifyProcess
 from companion.cli.warm_up import WarmUp
 from companion.config import vessel as config_module
 from companion.config.vessel import HomeConfig, VesselConfig, find
-from companion.core.decision import TextKind
+from companion.core.decision import ModeId, TextKind
 from companion.core.ports import WaitingClock
 from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
@@ -93,7 +93,7 @@ def _run(arguments: argparse.Namespace) -> int:
     logs = kept / "logs" if arguments.log is None else arguments.log
     judge_log_folder(logs)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
-    state = StateFile(kept / "state" if arguments.state is None else arguments.state)
+    state = StateFile(kept / "state" if arguments.state is None else arguments.state, complain)
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     private = script_links(config.scripts)
@@ -124,7 +124,8 @@ def _run(arguments: argparse.Namespace) -> int:
         if retention is not None:
             retention.close()
     if not terminal.stuck and not vessel.restart_requested:
-        _print_summary(terminal.summary.lines(None if options.sitl else punctuality), log_folder)
+        summary = terminal.summary
+        _print_summary(summary.lines(None if options.sitl else punctuality), log_folder, ModeId.TRIAL in summary.modes)
     _restart_if_requested(vessel)
     return 0
 
@@ -248,8 +249,10 @@ def _print_banner(
     print("Ctrl-C ends it", flush=True)
 
 
-def _print_summary(lines: Sequence[str], log_folder: Path) -> None:
+def _print_summary(lines: Sequence[str], log_folder: Path, had_trial: bool) -> None:
     for line in lines:
         print(line)
     print(f"log:   {log_folder}")
+    if had_trial:
+        print(f"`companion trial report {log_folder}` shows what the trial found")
     print(f"`companion report {log_folder}` shows it", flush=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from companion.core.decision import Event, ModeId, Severity, Status, TextKind
@@ -166,6 +166,11 @@ class RunSummary:
         self._armed_s[tick.status.mode] += dt_s  # type: ignore[assignment]
         if tick.nav.position_valid:
             self._distance_m += dt_s * math.hypot(tick.nav.north_mps, tick.nav.east_mps)
+
+    @property
+    def modes(self) -> Collection[ModeId]:
+        """Those that the boat was armed in."""
+        return self._armed_s.keys()
 
     def lines(self, punctuality: Punctuality | None) -> list[str]:
         """The summary. `punctuality`: of the run; None where no clock sets the pace."""

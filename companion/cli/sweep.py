@@ -13,7 +13,7 @@ from companion.cli.common import UsageError
 from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep_progress import SweepProgress
-from companion.config.vessel import ConfigError
+from companion.config.vessel import ConfigError, text_of
 
 if TYPE_CHECKING:
     from sitl.scenarios.rig import Conditions, Rig
@@ -94,7 +94,7 @@ def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], b
     from sitl.sweep.rows import PARQUET, Journal, arrow, pending, write_parquet
 
     arrow()
-    text = arguments.file.read_text(encoding="utf-8")
+    text = text_of(arguments.file)
     design = parse_design(text, str(arguments.file), SCENARIOS)
     runs = [(key_of(run), run) for run in runs_of(design, SCENARIOS)]
     folder = arguments.out or _SWEEPS / design.name / commit()

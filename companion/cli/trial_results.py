@@ -110,8 +110,9 @@ class FileTrials:
 
 
 class IdentifyProcess:
-    """`identify` for `FileTrials`: one process at a time. It tells what it found and then writes the report, even if
-    the boat is rebooted meanwhile; `close` ends one that has not told yet."""
+    """`identify` for `FileTrials`: one process at a time, in a session of its own. It tells what it found and then
+    writes the report, even if the boat is rebooted or ended by Ctrl-C meanwhile; `close` ends one that has not told
+    yet."""
 
     def __init__(self, vessel_file: Path, log_folder: Path) -> None:
         command = ["identify", str(log_folder), "--vessel", str(vessel_file), "--beside"]
@@ -130,7 +131,12 @@ class IdentifyProcess:
             raise TrialResultError("the program ends")
         with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:
             self._process = process = subprocess.Popen(
-                self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=complaints, text=True
+                self.command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=complaints,
+                text=True,
+                start_new_session=True,
             )
             limit = threading.Timer(_LONGEST_S, process.kill)
             limit.daemon = True

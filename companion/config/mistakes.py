@@ -98,7 +98,9 @@ def _missing(root: type[Any], place: Place) -> str:
         return MISSING
     unit = unit_of(str(place[-1]))
     meaning = entry.rstrip(".")
-    return f"{MISSING}: {meaning[:1].lower()}{meaning[1:]}{f', in {unit}' if unit else ''}"
+    if not meaning[1:2].isupper():  # MAVLink, GNSS and other names keep their capitals
+        meaning = meaning[:1].lower() + meaning[1:]
+    return f"{MISSING}: {meaning}{f', in {unit}' if unit else ''}"
 
 
 def _unknown(near: str | None) -> str:

@@ -254,6 +254,22 @@ def _senses(config: VesselConfig) -> Iterator[Judgement]:
         yield Judgement(("sensor",), text, "All modes but Manual, Forces and Heading: refused")
 
 
+def _heading(config: VesselConfig) -> Iterator[Judgement]:
+    """A second row of NMEA 0183 may be a compass, which needs no key."""
+    rows = config.sensors
+    lines = [row for row in rows if row.driver == "nmea0183"]
+    if len(lines) != 1 or not {row.driver for row in rows} <= SENSORS.keys():
+        return
+    if lines[0].antennas < 2 and all(row.heading == "none" for row in rows):
+        yield Judgement(
+            ("sensor",),
+            "no sensor is said to give a heading: a receiver by antennas = 2, or an inertial sensor by "
+            "heading = 'magnetic', 'true' or 'ahrs'",
+            "All modes but Manual and Forces: unless the receiver's port has HDG or HDT too, the heading is found by "
+            "motion, and is some degrees off at rest",
+        )
+
+
 def _antenna_pairs(config: VesselConfig) -> Iterator[Judgement]:
     rows = {row.name: row for row in config.sensors}
     for i, row in enumerate(config.sensors):
@@ -311,6 +327,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _places,
     _hulls,
     _senses,
+    _heading,
     _antenna_pairs,
     _axes,
     _economy,

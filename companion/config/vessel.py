@@ -324,6 +324,8 @@ def find(vessel: str) -> Path:
     path = Path(vessel)
     if path.is_file():
         return path
+    if path.is_dir():
+        raise ConfigError([f"{vessel}: a folder; give the TOML file in it"])
     if vessel.endswith(".toml") or "/" in vessel:
         raise ConfigError([f"{vessel}: no such file"])
     meant = did_you_mean(vessel, bundled())
@@ -335,14 +337,22 @@ def load(path: Path) -> VesselConfig:
     damping by its rudders (`with_fins`). The simulated boat stays that of the file. Raises ConfigError with every
     problem and its line."""
     try:
-        text, overlay = path.read_text(encoding="utf-8"), in_force(path)
+        text, overlay = text_of(path), in_force(path)
         config = parse(text, str(path))
         found = config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
         if found.hull.damping == config.hull.damping:  # a trial finds the fins with the hull
             found = replace(found, hull=with_fins(found.hull, found.thrusters, found.limits.surge_n))
         return replace(found, charts=placed_charts(found.charts, path.parent)) if found.charts else found
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"{path}: cannot be read: {error}"]) from error
+    except OSError as error:
+        raise ConfigError([f"{path}: cannot be read: {error.strerror or error}"]) from error
+
+
+def text_of(path: Path) -> str:
+    """What a text file holds. Raises OSError; ConfigError for what is no text."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigError([f"{path}: not text in UTF-8; save it again as UTF-8"]) from error
 
 
 def _overlaid(text: str, overlay: Path) -> VesselConfig:
@@ -353,6 +363,7 @@ def _overlaid(text: str, overlay: Path) -> VesselConfig:
         )
     except tomllib.TOMLDecodeError as error:
         raise ConfigError([_not_toml(str(overlay), overlay.read_text(encoding="utf-8"), str(error))]) from error
+    config = _simulated(config)
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:
         raise ConfigError(problems)

@@ -53,12 +53,12 @@ def load_leader(leader: str) -> LeaderConfig:
     settings: Mapping[str, float] = config_module.raw_parameters(path)
     config: LeaderConfig | None = None
     try:
-        config = parse_leader(path.read_text(encoding="utf-8"), str(path))
+        config = parse_leader(config_module.text_of(path), str(path))
         problems += [config_module.placed(path, place, text) for place, text in plugin_problems(config.sensors)]
     except ConfigError as error:
         problems += error.problems
-    except (OSError, UnicodeDecodeError) as error:
-        problems.append(f"{path}: cannot be read: {error}")
+    except OSError as error:
+        problems.append(f"{path}: cannot be read: {error.strerror or error}")
     problems += port_problems(path) + parameter_problems(path, settings)
     if config is None or problems:
         raise ConfigError(problems)

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pymavlink.dialects.v20 import common as mavlink
-
 from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
@@ -27,7 +25,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.ready()
     gcs.set_mode(_HOLD)
     gcs.arm()
-    gcs.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, home.yaw_rad, home.lat_deg, home.lon_deg, math.nan)
+    gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
     gcs.sail(_SETTLE_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))

@@ -21,3 +21,5 @@ def test_the_site_builds_strictly(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "site" / "search" / "search_index.js").is_file()
+    lists = (tmp_path / "site" / "use" / "sea-trials.html").read_text(encoding="utf-8")
+    assert 'type="checkbox"' in lists and "[ ]" not in lists  # the lists of the day are printed

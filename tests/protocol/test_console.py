@@ -214,6 +214,7 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         check_live_views(browser)
         trim(browser)
         check_operator_control(browser, boat, int(links[0].rpartition(":")[2]))
+        check_catamaran(browser)
         check_phone(browser)
         browser.resize(1280, 800)
         assert boat.process is not None
@@ -338,9 +339,24 @@ def order(url: str, **asked: str) -> int:
         return error.code
 
 
+def check_catamaran(browser: Browser) -> None:
+    """Two hulls as wide and as far apart as the file says, and all within length and beam."""
+    boat = {"length_m": 4.0, "beam_m": 2.4, "hull": {"form": "catamaran", "hull_beam_m": 0.4, "hull_spacing_m": 2.0}}
+    browser.run("import('/static/draw.js').then((draw) => { window.drawn = draw.outline(arguments[0]); })", boat)
+    browser.wait("window.drawn", "the outline")
+    line = browser.run("return window.drawn")
+    assert max(abs(y) for _, y in line) == pytest.approx(1.2) and max(abs(x) for x, _ in line) == pytest.approx(2.0)
+    assert {round(abs(y), 3) for x, y in line if x > 1.9999} == {1.0}  # the tips of the bows
+    assert min(abs(y) for _, y in line) == pytest.approx(0.8)  # the inner sides, which the deck joins
+
+
 def check_phone(browser: Browser) -> None:
-    """On 390 by 844 pixels nothing is wider than the page, in any view."""
+    """On 390 by 844 pixels nothing is wider than the page, in any view, and no failsafe is cut off."""
     browser.resize(390, 844)
+    assert browser.run(
+        "const f = $('#failsafes'); f.hidden = false; f.textContent = 'Failsafe: position lost, heading lost, battery low';"
+        "return f.scrollWidth <= f.clientWidth"
+    )
     for view in ("dp", "chart", "strips", "state", "command"):
         browser.click(f"#tabs [data-view={view}]")
         browser.run("usvConsole.redraw()")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from companion.cli.rig import LockstepRig
+from companion.config.vessel import find, load
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import ScenarioResult, run
 from tests.scenarios.seeds import seeds
@@ -59,6 +60,16 @@ def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("hold", tmp_path, seed, wind="2", time="60")
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
+
+
+def test_hold_is_judged_by_its_point_wherever_home_is(tmp_path: Path) -> None:
+    """The command had 32 bits for each angle: an own boat at 60.1 N held 0.17 m off, and failed."""
+    boat = tmp_path / "boat.toml"
+    text = find("cybership2").read_text(encoding="utf-8")
+    boat.write_text(text.replace("63.4389", "60.1").replace("10.3990", "24.9"), encoding="utf-8")
+    home = load(boat).home
+    assert (home.lat_deg, home.lon_deg) == (60.1, 24.9)
+    assert sail("hold", tmp_path / "run", 1, str(boat), time="10")["position_rms_m"] < 0.05
 
 
 @pytest.mark.parametrize("seed", seeds(1, 4))

@@ -228,7 +228,7 @@ function makePlan(plan) {
 const symbol = (x, y, yaw, size = 9) => points([[0, -1.5 * size], [0.75 * size, size], [0, 0.55 * size], [-0.75 * size, size]].map(([a, b]) => [x + Math.cos(yaw) * a - Math.sin(yaw) * b, y + Math.sin(yaw) * a + Math.cos(yaw) * b]));
 
 function boatPoints(boat, north, east, yaw) {
-  if (boat.length_m * view.perM > 26) return points(outline(boat.length_m, boat.beam_m).map((p) => pixel(...fromBody(p, north, east, yaw))));
+  if (boat.length_m * view.perM > 26) return points(outline(boat).map((p) => pixel(...fromBody(p, north, east, yaw))));
   return symbol(...pixel(north, east), yaw);
 }
 

@@ -187,7 +187,7 @@ function drawCircles(held) {
 }
 
 function hullPoints(boat, north, east, yaw) {
-  return points(outline(boat.length_m, boat.beam_m).map((p) => pixel(...fromBody(p, north, east, yaw))));
+  return points(outline(boat).map((p) => pixel(...fromBody(p, north, east, yaw))));
 }
 
 function drawHull(now, boat) {

@@ -81,8 +81,17 @@ export function place(degrees, axis, digits = 4) {
   return `${String(whole).padStart(axis === "lat" ? 2 : 3, "0")}°${minutes.toFixed(digits).padStart(digits ? 3 + digits : 2, "0")}′${side}`;
 }
 
-/** The outline of a hull in body axes: a round bow, straight sides. */
-export function outline(long_m, wide_m) {
+/** The outline of a boat in body axes: one hull, or the two of a catamaran with a deck between them. */
+export function outline({ length_m, beam_m, hull }) {
+  if (hull?.form !== "catamaran" || !hull.hull_beam_m) return oneHull(length_m, beam_m);
+  const y = 0.5 * (hull.hull_spacing_m ?? beam_m - hull.hull_beam_m), inner = -0.5 * hull.hull_beam_m;
+  const round = oneHull(length_m, hull.hull_beam_m), inward = round.splice(-2);
+  const starboard = [[-0.28 * length_m, inner], ...inward, ...round, [0.1 * length_m, inner]].map(([x, side]) => [x, y + side]);
+  return [...starboard, ...starboard.map(([x, side]) => [x, -side]).reverse()];
+}
+
+/** A hull with a round bow and straight sides: from its stern to starboard round the bow to its stern to port. */
+function oneHull(long_m, wide_m) {
   const half = long_m / 2, side = wide_m / 2, shoulder = half - Math.min(0.9 * wide_m, 0.38 * long_m);
   const bow = [];
   for (let i = 0; i <= 8; i++) {

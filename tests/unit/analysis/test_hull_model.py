@@ -82,3 +82,13 @@ def test_waves_carry_the_hull_without_a_force_and_bring_drift_forces() -> None:
     yaw = turning().yaw_rad
     assert pushed[:, 1] == pytest.approx(3.0 * np.cos(yaw)) and pushed[:, 0] == pytest.approx(0.0 * yaw)
     assert pushed[:, 2] == pytest.approx(2.0 * np.sin(2.0 * yaw))
+
+
+@pytest.mark.parametrize("vessel", ["heron", "blueboat"])
+def test_a_boat_that_was_weighed_is_no_lighter_in_the_water(vessel: str) -> None:
+    """Added mass is never negative. In a dull log mass and thrust can shrink together, and half a boat fits as well."""
+    model = HullModel(Log(Path(), load(find(vessel)), {}), turning())
+    weighed = model.log.config.hull.mass_kg
+    assert model.bounds("m11_kg")[0] == weighed == model.bounds("m22_kg")[0] and weighed < model.model["m11_kg"]
+    ours = HullModel(LOG, turning())
+    assert ours.bounds("m11_kg")[0] == pytest.approx(0.3 * LOG.config.hull.m11_kg)  # its thrust sets the scale

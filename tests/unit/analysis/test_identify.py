@@ -7,6 +7,7 @@ import json
 import math
 import random
 import struct
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +18,7 @@ import pytest
 from companion.analysis.force_balance import equation_error
 from companion.analysis.hull_fit import HullFit, fit
 from companion.analysis.hull_model import HullModel
-from companion.analysis.identify import advice, identify
+from companion.analysis.identify import advice, identify, toml_lines, verdict
 from companion.analysis.log_reader import Log, LogError, open_log
 from companion.analysis.manoeuvre import groups_of, lagged, measured_wind, read_manoeuvre, timely
 from companion.cli.main import main
@@ -265,6 +266,19 @@ def test_report_toml_and_plot(log: Log, tmp_path: Path, capsys: pytest.CaptureFi
     lines = (tmp_path / "identified.toml").read_text(encoding="utf-8")
     vessel = config_module.parse(head + lines + rest[rest.index("[windage]") :], "pasted")
     assert vessel.hull.m11_kg == pytest.approx(240.0, rel=0.15) and vessel.hull.damping.y_vv > 0.0
+
+
+def test_the_lines_keep_the_form_and_say_whether_they_are_worth_it(log: Log) -> None:
+    """Wind areas follow from the form: lines without it would leave the boat without."""
+    manoeuvre = read_manoeuvre(log, [], to_s=70.0)
+    model, found = HullModel(log, manoeuvre), fit(log, manoeuvre)
+    assert verdict(model, found) == []
+    doubts = verdict(model, replace(found, simulated=2.0 * manoeuvre.velocity))
+    planing = replace(found, hull=replace(found.hull, form="planing", resistance=((0.0, 0.0), (2.0, 30.0))))
+    lines = toml_lines(log, planing, doubts)
+    assert lines.splitlines()[1].startswith("# keep the figures of the vessel's file")
+    hull = tomllib.loads(lines)["hull"]
+    assert hull["form"] == "planing" and hull["resistance"] == [[0.0, 0.0], [2.0, 30.0]]
 
 
 def test_what_cannot_be_identified_is_said(log: Log, tmp_path: Path) -> None:

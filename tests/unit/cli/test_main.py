@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import companion.__main__
 from companion.cli.main import argument_parser, main
 
 
@@ -119,3 +121,27 @@ def test_help_and_mistakes_know_all_commands(capsys: pytest.CaptureFixture[str])
         written = "".join(capsys.readouterr())
         assert "thruster-test" in written
         assert "scenario" in written
+
+
+def test_ctrl_c_ends_any_command_with_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`companion identify` and others left a traceback."""
+
+    def interrupted() -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(companion.__main__, "_carried_out", interrupted)
+    assert companion.__main__.main() == 130
+    assert capsys.readouterr().err == "companion: ended by Ctrl-C\n"
+
+
+@pytest.mark.process
+def test_a_reader_that_has_enough_is_no_mistake() -> None:
+    """`companion check revolt | head -1` said that the system has a broken pipe."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "companion", "check", "revolt"]
+    with os.fdopen(writing, "w") as nobody:
+        done = subprocess.run(command, stdout=nobody, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (141, "")

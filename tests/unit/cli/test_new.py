@@ -28,6 +28,25 @@ def test_every_layout_on_every_board_becomes_a_boat(tmp_path: Path, layout: str,
     assert "# " in file.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(
+    ("file", "name"), [("my_boat.toml", "my_boat"), ("4 My Boat-2.toml", "my_boat"), ("7.toml", "boat")]
+)
+def test_the_short_name_is_that_of_the_file(tmp_path: Path, file: str, name: str) -> None:
+    assert main(["new", str(tmp_path / file), "--yes", *CATAMARAN[2:]]) == 0
+    assert load(tmp_path / file).name == name
+
+
+def test_help_has_the_choices_in_running_text(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit):
+        main(["new", "--help"])
+    assert "Form of the hull: monohull (one hull: launch, canoe, kayak, model ship); catamaran (two hulls);" in (
+        " ".join(capsys.readouterr().out.split())
+    )
+
+
 def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "boat.toml")
     assert main(["new", file, "--yes", "--name", "cat", "--form", "barge", "--length", "3"]) == 2
@@ -35,6 +54,14 @@ def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pyte
     assert main(["new", file, "--yes", *CATAMARAN[:-4], "--motor", "T220"]) == 2
     assert "did you mean 't200'" in capsys.readouterr().err
     assert not Path(file).exists()
+
+
+def test_a_folder_that_is_not_there_is_said_before_the_questions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "boats" / "cat.toml"), "--yes", *CATAMARAN]) == 2
+    shown = capsys.readouterr()
+    assert "boats: no such folder" in shown.err and shown.out == ""
 
 
 def test_a_fault_of_the_boat_names_the_option_that_it_comes_from(

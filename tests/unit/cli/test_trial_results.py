@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -95,3 +96,17 @@ def test_a_process_that_is_ended_is_no_finding(tmp_path: Path, monkeypatch: pyte
     process.close()
     with pytest.raises(TrialResultError, match="the program ends"):
         process()
+
+
+@pytest.mark.process
+def test_ctrl_c_for_the_boat_leaves_the_report_in_the_making(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C goes to all processes of a terminal's session. `trial.html` was never written then."""
+    process = IdentifyProcess(tmp_path / "boat.toml", tmp_path)
+    monkeypatch.setattr("companion.cli.trial_results._SETTLED_S", 0.0)
+    session = tmp_path / "session"
+    code = f"import os, pathlib; pathlib.Path({str(session)!r}).write_text(str(os.getsid(0)))"
+    process.command = [sys.executable, "-c", code]
+    with pytest.raises(TrialResultError, match="said nothing"):
+        process()
+    process.close()
+    assert int(session.read_text(encoding="utf-8")) != os.getsid(0)

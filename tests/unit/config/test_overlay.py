@@ -97,3 +97,20 @@ def test_no_vessel_and_no_overlay_by_mistake(vessel_file: Path) -> None:
     with pytest.raises(ConfigError, match="not valid TOML"):
         load(vessel_file)
     assert not any(".trial-" in name for name in bundled())
+
+
+@pytest.mark.parametrize("table", ["[sitl]\nbattery_wh = 500.0\n", "[sitl.plants.laden]\n[sitl.plants.laden.hull]\n"])
+def test_a_boat_that_is_simulated_as_modelled_takes_an_overlay(
+    tmp_path: Path, table: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A table [sitl] that names no plant means the hull of the file, with an overlay too."""
+    vessel_file = tmp_path / "own.toml"
+    text = find("heron").read_text(encoding="utf-8")
+    assert "[sitl" not in text
+    hull = "m11_kg = 40.0\nm22_kg = 60.0\nm33_kgm2 = 12.0\n[sitl.plants.laden.hull.damping]\nx_u = 9.0\ny_v = 9.0\nn_r = 9.0\n"
+    vessel_file.write_text(text + table + (hull if "laden" in table else ""), encoding="utf-8")
+    before, overlay = load(vessel_file), written(vessel_file, text="[trial]\naccepted = false\n[hull]\nm11_kg = 39.0\n")
+    assert main(["trial", "accept", str(overlay)]) == 0
+    assert load(vessel_file).hull.m11_kg == 39.0 and load(vessel_file).sitl == before.sitl
+    assert main(["check", str(vessel_file)]) == 0
+    assert f"model: {overlay.name}, as accepted after a sea trial" in capsys.readouterr().out

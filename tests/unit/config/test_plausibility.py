@@ -24,6 +24,11 @@ def with_pair(boat: VesselConfig) -> VesselConfig:
     )
 
 
+def with_one_antenna(boat: VesselConfig) -> VesselConfig:
+    """As the lines of `companion devices` leave a boat whose inertial sensor is its compass, without their comment."""
+    return replace(boat, sensors=tuple(replace(row, antennas=1) for row in boat.sensors))
+
+
 @pytest.mark.parametrize(
     ("change", "text", "means"),
     [
@@ -43,6 +48,7 @@ def with_pair(boat: VesselConfig) -> VesselConfig:
         (moved, "'stern_port' at x -3 m", "its lever is wrong"),
         (with_pair, "a baseline of 0.40 m: one sigma of 4.1°", "no better than a compass"),
         (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: needs it, refused"),
+        (with_one_antenna, "no sensor is said to give a heading", "found by motion"),
     ],
 )
 def test_each_finding_says_what_it_means(change: Callable[[VesselConfig], VesselConfig], text: str, means: str) -> None:

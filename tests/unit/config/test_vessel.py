@@ -99,8 +99,10 @@ def test_unknown_vessel_says_which_there_are(tmp_path: Path) -> None:
         config.find(str(tmp_path / "boat.toml"))
     binary = tmp_path / "boat.toml"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match=r"boat\.toml: not text in UTF-8"):
         config.load(binary)
+    with pytest.raises(ConfigError, match="a folder; give the TOML file in it"):
+        config.find(str(tmp_path))
 
 
 def test_a_wrong_belief_leaves_the_plants_true() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from companion.cli.main import main
-from companion.config.vessel import find, load
+from companion.config.vessel import HomeConfig, as_dict, find, load, with_home
 from companion.core.geodesy import LocalFrame
 from companion.mission import files
 from sitl.evaluate.figures import hold, regular, route, route_metrics
@@ -94,8 +95,10 @@ def test_two_runs_become_one_table(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "| position, RMS, m | 0.1 | 0.4 | 4.00 |" in lines
 
 
-def test_a_route_is_read_from_any_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    frame = LocalFrame(BLUEBOAT.home.lat_deg, BLUEBOAT.home.lon_deg)
+@pytest.mark.parametrize("elsewhere", [False, True], ids=["home of the file", "run with --home"])
+def test_a_route_is_read_from_any_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str], elsewhere: bool) -> None:
+    home = HomeConfig(10.0, 20.0, 0.0) if elsewhere else BLUEBOAT.home
+    frame = LocalFrame(home.lat_deg, home.lon_deg)
     rows = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t{}\t{}\t0\t1".format(*frame.to_geodetic(0.0, 0.0))]
     for i, point in enumerate(((30.0, 0.0), (30.0, 30.0)), start=1):
         rows.append("{}\t0\t3\t16\t0\t0\t0\t0\t{}\t{}\t0\t1".format(i, *frame.to_geodetic(*point)))
@@ -103,6 +106,9 @@ def test_a_route_is_read_from_any_plan(tmp_path: Path, capsys: pytest.CaptureFix
     plan.write_text("\n".join(rows) + "\n", encoding="utf-8")
     assert len(files.read(plan.name, plan.read_text(encoding="utf-8")).mission) >= 2
     ours = write(tmp_path / "a", track(70.0, along))
+    if elsewhere:
+        manifest = {"configuration": as_dict(with_home(BLUEBOAT, home)), "parameters": {}}
+        (ours / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     assert main(["evaluate", "route", "blueboat", "--plan", str(plan), "--radius", "2", f"ours={ours}"]) == 0
     assert "| time, s |" in capsys.readouterr().out
 
