@@ -24,6 +24,7 @@ _LASTING_S = 60.0
 CHECK_S = 2.0  # how often it is checked that the folder is still there
 MOST_BYTES = 4 << 20  # that wait for the medium: a minute's worth or more
 _SYNC_PAUSE_S = 0.02
+_GATHER_S = 0.01  # rows of a burst that leave with one write, and wake the thread that writes them once
 _NO_FAULT = (errno.EBADF, errno.EINVAL, errno.ENOTSUP)  # closed meanwhile, or a file system that cannot sync
 _CLOSING_S = 10.0
 
@@ -270,6 +271,8 @@ class ThreadLog(_FolderLog):
         while True:
             with self._wake:
                 self._wake.wait_for(lambda: self._waiting or self._closed.is_set())
+            self._closed.wait(_GATHER_S)
+            with self._wake:
                 waiting, self._waiting = self._waiting, {}
             if not waiting:
                 return

@@ -26,6 +26,18 @@ from tests.unit.record.ticks import tick
 from tests.waiting import wait_until
 
 
+class CountingDisk(FaultyDisk):
+    """Counts the writes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.appended = 0
+
+    def append(self, descriptor: int, data: bytes) -> None:
+        self.appended += 1
+        super().append(descriptor, data)
+
+
 class Content:
     """Two files; the number of folders furnished."""
 
@@ -145,6 +157,21 @@ def test_a_stalled_medium_holds_nobody_up_and_too_much_is_lost_as_whole_rows(
     rows = (tmp_path / "run" / "a.csv").read_text(encoding="utf-8").splitlines()
     kept = [int(row) for row in rows[1:-1]]
     assert rows[-1] == "last" and kept == list(range(len(kept))) and len(kept) * 6 + out.lost_bytes == 300 * 6
+
+
+def test_a_burst_is_one_write_and_closing_does_not_wait_for_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thread that writes was woken by each row, and took the interpreter from the tick or the upload in hand."""
+    monkeypatch.setattr(log_writer, "_GATHER_S", 1e6)
+    disk = CountingDisk()
+    out = ThreadLog(LogSet(tmp_path / "run", Content(), disk))
+    headers = disk.appended
+    for n in range(100):
+        out.put("a.csv", f"{n}\n".encode(), 0.0)
+    out.close()
+    assert disk.appended == headers + 1
+    assert (tmp_path / "run" / "a.csv").read_text(encoding="utf-8").splitlines()[1:] == [str(n) for n in range(100)]
 
 
 def test_closing_gives_up_on_a_medium_that_never_answers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
