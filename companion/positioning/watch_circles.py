@@ -23,6 +23,11 @@ class WatchCircles:
         self._outside = self._alarmed = False
 
     @property
+    def left(self) -> bool:
+        """Whether the boat is outside the watch circle."""
+        return self._outside
+
+    @property
     def alarmed(self) -> bool:
         """Whether the boat is outside the alarm circle."""
         return self._alarmed

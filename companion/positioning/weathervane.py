@@ -4,8 +4,8 @@ Wind and current push a hull sideways many times harder than from ahead. Where t
 hull, ahead, the thrust is about the least (weather optimal positioning, Fossen and Strand 2001). The bow turns slowly
 towards that force, which is known by the thrust itself: neither anemometer nor a measured current is needed.
 
-A boat that is driven off its point with all its sideways thrust gives up any heading: bow on it holds several times as
-much.
+A boat that is driven off its point with all its sideways thrust, or whose thrusters give less than half of what it asks
+sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much.
 """
 
 from __future__ import annotations
@@ -25,13 +25,16 @@ _TURN_S = 120.0  # in which the bow would turn by the angle of the force; this o
 _BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
 # Driven off: share of the sideways limit in the mean; _MEAN_S, which the turn must not outrun; _SETTLE_S.
 _DRIVEN_SHARE, _DRIVEN_MEAN_S, _DRIVEN_SETTLE_S = 0.7, 10.0, 5.0
+_FAST_S = 60.0  # that the bow turns directly, after the heading was given up and outside the watch circle
+_MISSING_SHARE, _MISSING_LEAST = 0.5, 0.1  # too little thrust: missing of the mean demand; of the sideways limit
 _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
 
 
 class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
-    east), whether the bow turns, the mean of the sideways demand without its sign, whether the boat is driven off, and
-    what was announced."""
+    east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their sign,
+    whether the boat is driven off, with which thrusters failed and from which heading, when it was last outside its
+    watch circle, and what was announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -41,7 +44,11 @@ class Weathervane:
         self._events = events
         self._given = False
         self._announced = self._driven = False
-        self._sideways_n = 0.0
+        self._out_s = -math.inf
+        self._sideways_n = self._missing_n = 0.0
+        self._without: frozenset[int] = frozenset()
+        self._kept_rad: float | None = None
+        self._taken_back = False
         self.restart()
 
     @property
@@ -56,14 +63,14 @@ class Weathervane:
 
     def free(self) -> None:
         """Hold begins: nobody has given a heading."""
-        self._given = self._driven = False
-        self._sideways_n = 0.0
+        self._given = self._driven = self._taken_back = False
+        self._sideways_n = self._missing_n = 0.0
         self.restart()
 
     def give(self, now_s: float | None = None) -> None:
         """The operator has given a heading. `now_s`: announce that the bow no longer turns; None: the command's own
         answer tells it."""
-        self._given, self._driven = True, False
+        self._given, self._driven, self._taken_back = True, False, False
         if self._announced and now_s is not None:
             self._events.say(
                 now_s, TextKind.ROUTINE, "weathervane", f"{self._mode}: heading held, as the operator gave one"
@@ -76,19 +83,47 @@ class Weathervane:
         self._taken_s = 0.0
         self._turning = False
 
-    def see(self, inputs: ModeInputs, alarmed: bool) -> None:
-        """Every tick while a point is held. `alarmed`: the boat is outside the alarm circle, or does not come to the
-        point."""
-        share = inputs.dt_s / (inputs.dt_s + _MEAN_S)
-        self._sideways_n += share * (abs(inputs.demanded.sway_n) - self._sideways_n)
-        if alarmed and not self._driven and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
-            self._driven = True
-            self.restart()
-            text = f"{self._mode}: driven off sideways: bow turns to weather"
-            self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", text)
+    def see(self, inputs: ModeInputs, left: bool, alarmed: bool) -> None:
+        """Every tick while a point is held. `left`: the boat is outside the watch circle; `alarmed`: it is outside the
+        alarm circle, or does not come to the point."""
+        share, asked_n = inputs.dt_s / (inputs.dt_s + _MEAN_S), abs(inputs.demanded.sway_n)
+        given_n = math.copysign(inputs.achieved.sway_n, inputs.achieved.sway_n * inputs.demanded.sway_n)
+        self._sideways_n += share * (asked_n - self._sideways_n)
+        self._missing_n += share * (max(0.0, asked_n - given_n) - self._missing_n)
+        if left:
+            self._out_s = inputs.now_s
+        if self._driven:
+            self._see_thrusters(inputs)
+        elif alarmed and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
+            self._give_up(inputs, "driven off sideways: bow turns to weather")
+        elif (left or inputs.failed) and self._lacks:
+            self._give_up(inputs, "too little thrust sideways: bow to weather")
+
+    @property
+    def _lacks(self) -> bool:
+        """Whether the thrusters give far less sideways than is asked."""
+        return self._missing_n > max(_MISSING_SHARE * self._sideways_n, _MISSING_LEAST * self._sway_n) > 0.0
+
+    def _give_up(self, inputs: ModeInputs, why: str) -> None:
+        self._driven, self._out_s, self._without = True, inputs.now_s, inputs.failed
+        self.restart()
+        self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", f"{self._mode}: {why}")
+
+    def _see_thrusters(self, inputs: ModeInputs) -> None:
+        """With the thrusters that it lacked the boat takes its heading back."""
+        if self._without and not inputs.failed:
+            self._driven, self._taken_back = False, True
+            self._sideways_n = self._missing_n = 0.0
+            text = f"{self._mode}: all thrusters work: heading taken back"
+            self._events.say(inputs.now_s, TextKind.ROUTINE, "heading_taken_back", text)
 
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:
         """The heading to hold from now on; None: `held_rad` stays."""
+        if self._taken_back:
+            self._taken_back = False
+            return self._kept_rad
+        if not self._driven:
+            self._kept_rad = held_rad
         if not self._active(inputs.now_s):
             return None
         self._take_mean(inputs)
@@ -98,7 +133,8 @@ class Weathervane:
         self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
         if not self._turning:
             return None
-        return wrap_pi(inputs.nav.yaw_rad + off_rad if self._driven else held_rad + off_rad * inputs.dt_s / _TURN_S)
+        fast = self._driven and inputs.now_s - self._out_s < _FAST_S
+        return wrap_pi(inputs.nav.yaw_rad + off_rad if fast else held_rad + off_rad * inputs.dt_s / _TURN_S)
 
     def _active(self, now_s: float) -> bool:
         """Whether the heading is free; announces it."""
@@ -119,8 +155,8 @@ class Weathervane:
         self._taken_s += inputs.dt_s
         mean_s = _DRIVEN_MEAN_S if self._driven else _MEAN_S
         share = inputs.dt_s / min(mean_s, max(self._taken_s, inputs.dt_s)) if inputs.dt_s > 0.0 else 0.0
-        achieved = inputs.achieved
-        north, east = body_to_ned(achieved.surge_n, achieved.sway_n, inputs.nav.yaw_rad)
+        force = inputs.demanded if self._driven else inputs.achieved  # driven off, the thrusters do not give it
+        north, east = body_to_ned(force.surge_n, force.sway_n, inputs.nav.yaw_rad)
         self._mean = self._mean[0] + share * (north - self._mean[0]), self._mean[1] + share * (east - self._mean[1])
 
     def _off_rad(self, yaw_rad: float) -> float:

@@ -214,3 +214,38 @@ def test_a_boat_that_is_off_its_point_with_thrust_to_spare_keeps_its_heading(fre
     boat = free(DP_WEATHERVANE=0.0)
     blown_off(boat, 0.4 * boat.config.limits.sway_n)
     assert DRIVEN not in boat.texts() and yaw_asked(boat) == pytest.approx(0.0)
+
+
+LACKING = "Hold: too little thrust sideways: bow to weather"
+
+
+def test_thrusters_that_give_less_than_half_of_what_it_asks_are_not_waited_for(free: Callable[..., Boat]) -> None:
+    """ÅBOAT with its stern thruster alone was 12 and 17 m off, and still on its heading."""
+    boat = free(DP_WEATHERVANE=0.0)
+    blown_off(boat, 0.05, circles=0.7, seconds=30.0, demanded_n=0.3 * boat.config.limits.sway_n)
+    assert "watch_alarm" not in boat.names() and boat.texts().count(LACKING) == 1
+    assert yaw_asked(boat) > math.radians(20.0), "towards the force that it asks for"
+
+
+def test_a_thruster_that_answers_late_lets_it_keep_its_heading(free: Callable[..., Boat]) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    limit_n = boat.config.limits.sway_n
+    blown_off(boat, 0.2 * limit_n, circles=0.7, demanded_n=0.3 * limit_n)
+    blown_off(boat, 0.0, circles=0.7, seconds=30.0, demanded_n=0.05 * limit_n)
+    assert "driven_off" not in boat.names() and yaw_asked(boat) == pytest.approx(0.0)
+
+
+def test_with_its_thruster_back_the_boat_takes_its_heading_back(free: Callable[..., Boat]) -> None:
+    """It swung by 90° to and fro for as long as nobody gave it a heading."""
+    boat = free(DP_WEATHERVANE=0.0)
+    hold_of(boat).head(0.3)
+    boat.step(20.0)
+    boat.supervisor.thruster_failed(0, True)
+    asked_n = 0.3 * boat.config.limits.sway_n
+    blown_off(boat, 0.0, circles=0.1, seconds=30.0, demanded_n=asked_n)
+    assert "watch_circle_left" not in boat.names() and boat.texts().count(LACKING) == 1
+    assert yaw_asked(boat) > 0.5
+    boat.supervisor.thruster_failed(0, False)
+    boat.pinned = False
+    sail(boat, Weather(0.0, 0.0), 60.0)
+    assert boat.nav.yaw_rad == pytest.approx(0.3) and "heading_taken_back" in boat.names()
