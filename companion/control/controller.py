@@ -169,6 +169,8 @@ class Controller:
                 self._demanded = None
                 self._tracking.restart()
                 return self._saturated(wrench)
+        if setpoint.keeps_place:
+            nav = without_waves(nav)
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         wrench = self._tracking.update(setpoint, nav, self._bias, dt_s)

@@ -9,7 +9,7 @@ from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, without_waves
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
@@ -128,6 +128,7 @@ class BowKeeper:
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
+        nav = without_waves(nav)
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
             rest = self._stop.place(nav, self._along_mps(nav))
@@ -161,9 +162,11 @@ class BowKeeper:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
             surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
-        if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
+        off_rad = abs(wrap_pi(self._heading_rad - nav.yaw_rad))
+        if off_rad > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
-        return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+        lies = off_rad < _RIGHT_RAD and not self._returning
+        return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=lies)
 
     def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
         """The heading on which the boat comes back along a bearing at `back_mps` over ground, against its drift."""
