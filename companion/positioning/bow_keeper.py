@@ -165,7 +165,7 @@ class BowKeeper:
         off_rad = abs(wrap_pi(self._heading_rad - nav.yaw_rad))
         if off_rad > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
-        lies = off_rad < _RIGHT_RAD and not self._returning
+        lies = off_rad < _RIGHT_RAD
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=lies)
 
     def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
