@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -31,6 +32,7 @@ from companion.params.store import Parameters
 
 _BASELINE = 1  # value of DP_LAW and WP_LAW
 _FEWEST_POSES = 3  # of which a change of the wrench can be told
+_TURN_RAD = math.radians(20.0)  # off the heading: the estimate takes part of a fast turn for waves
 
 
 class PositioningLaw(Protocol):
@@ -127,6 +129,7 @@ class Controller:
             self._tracking.restart()
             self._predictive.restart()
             self._slow_wind.restart()
+        self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
                 return self._position(setpoint, nav, achieved, dt_s)
@@ -169,7 +172,7 @@ class Controller:
                 self._demanded = None
                 self._tracking.restart()
                 return self._saturated(wrench)
-        if setpoint.keeps_place:
+        if setpoint.keeps_place and abs(wrap_pi(setpoint.yaw_rad - nav.yaw_rad)) < _TURN_RAD:
             nav = without_waves(nav)
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))

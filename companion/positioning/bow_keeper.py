@@ -139,7 +139,8 @@ class BowKeeper:
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
-            return PathSetpoint(nav.yaw_rad if self._needs_flow else self._braking_rad(nav), 0.0, progress=progress)
+            yaw_rad = nav.yaw_rad if self._needs_flow else self._braking_rad(nav)
+            return PathSetpoint(yaw_rad, 0.0, progress=progress, keeps_place=True)
         if self._goes_astern_first(nav):
             return self._astern_first(nav, progress)
         self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
@@ -157,16 +158,16 @@ class BowKeeper:
             along = max(0.0, math.cos(wrap_pi(self._heading_rad - bearing)))
             surge_mps = back_mps * max(self._steerage, aligned * along)
             if self._backs(nav, bearing):
-                return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
+                return PathSetpoint(
+                    nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress, keeps_place=True
+                )
         else:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
             surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
-        off_rad = abs(wrap_pi(self._heading_rad - nav.yaw_rad))
-        if off_rad > _TURNING_RAD:
+        if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
-        lies = off_rad < _RIGHT_RAD
-        return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=lies)
+        return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=True)
 
     def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
         """The heading on which the boat comes back along a bearing at `back_mps` over ground, against its drift."""
@@ -202,7 +203,8 @@ class BowKeeper:
         if self._own_point:
             self._point = (nav.north_m, nav.east_m)
         downstream = math.atan2(self._drift[1], self._drift[0])
-        return PathSetpoint(downstream, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
+        astern_mps = self._parameters["DP_SPEED_ASTERN"]
+        return PathSetpoint(downstream, -astern_mps, progress=progress, keeps_place=True)
 
     def _braking_rad(self, nav: NavState) -> float:
         """The heading on which the boat brakes: as it came, or into a stream that comes from ahead of the beam."""
