@@ -140,7 +140,7 @@ class BowKeeper:
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
             yaw_rad = nav.yaw_rad if self._needs_flow else self._braking_rad(nav)
-            return PathSetpoint(yaw_rad, 0.0, progress=progress, keeps_place=True)
+            return PathSetpoint(yaw_rad, 0.0, progress=progress)
         if self._goes_astern_first(nav):
             return self._astern_first(nav, progress)
         self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
@@ -158,9 +158,7 @@ class BowKeeper:
             along = max(0.0, math.cos(wrap_pi(self._heading_rad - bearing)))
             surge_mps = back_mps * max(self._steerage, aligned * along)
             if self._backs(nav, bearing):
-                return PathSetpoint(
-                    nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress, keeps_place=True
-                )
+                return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
         else:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
@@ -203,8 +201,7 @@ class BowKeeper:
         if self._own_point:
             self._point = (nav.north_m, nav.east_m)
         downstream = math.atan2(self._drift[1], self._drift[0])
-        astern_mps = self._parameters["DP_SPEED_ASTERN"]
-        return PathSetpoint(downstream, -astern_mps, progress=progress, keeps_place=True)
+        return PathSetpoint(downstream, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
 
     def _braking_rad(self, nav: NavState) -> float:
         """The heading on which the boat brakes: as it came, or into a stream that comes from ahead of the beam."""
