@@ -51,6 +51,12 @@ class BiasForce:
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
 
+    def take_surge(self, surge_n: float, yaw_rad: float) -> None:
+        """Take over what another law has learnt along the hull, within the limits."""
+        _, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
+        bound = _SHARE * self._limits.surge_n
+        self._north_n, self._east_n = body_to_ned(min(bound, max(-bound, surge_n)), y, yaw_rad)
+
     def unwind(self, demanded: Wrench, achieved: Wrench, yaw_rad: float, dt_s: float) -> None:
         """Reduce the bias by what the thrusters could not give in the last cycle: anti-windup by back-calculation. It
         ends at zero, so that saturation in a hard turn never leaves a bias of the other sign."""

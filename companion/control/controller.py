@@ -136,9 +136,7 @@ class Controller:
             case PathSetpoint():
                 return self._track(setpoint, nav, achieved, dt_s)
             case HeadingSetpoint():
-                self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
-                wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
-                return self._limited(self._against_wind_moment(wrench, nav))
+                return self._head(setpoint, nav, achieved, dt_s)
             case WrenchSetpoint(wrench) if finite(wrench):
                 self._demanded = None
                 return self._saturated(wrench)
@@ -146,6 +144,15 @@ class Controller:
                 self._bias.reset()
         self._demanded = None
         return ZERO_WRENCH
+
+    def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
+        """The moment that holds the heading, with the forces of the sticks."""
+        self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
+        if setpoint.pushed_n != 0.0:  # near a fence, the next law has no room to learn it anew
+            air_n, _, _ = wind_force(self._config.windage, self._config.length_m, nav)
+            self._bias.take_surge(air_n - setpoint.pushed_n, nav.yaw_rad)
+        wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
+        return self._limited(self._against_wind_moment(wrench, nav))
 
     def _position(self, setpoint: PoseSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench of dynamic positioning, by the law that DP_LAW chooses."""
