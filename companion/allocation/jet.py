@@ -2,8 +2,8 @@
 
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
-the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N; to more where that has long been too
-little, because wind holds the bow.
+the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to more
+where that has long been too little, because wind holds the bow.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ class JetAllocator(SteeredAllocator):
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         super().__init__(config, parameters)
         self._curve = JetCurve(self._thruster)
+        self._hull = config.hull
         self._throttle = 0.0
         self._short_s = 0.0
 
@@ -53,16 +54,17 @@ class JetAllocator(SteeredAllocator):
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         across_n = wrench.yaw_nm / self._thruster.x_m
         stop_rad = self._high_rad if across_n >= 0.0 else -self._low_rad
-        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, dt_s)
+        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, dt_s)
         thrust_n = max(math.hypot(max(0.0, wrench.surge_n), across_n) if wrench.surge_n > 0.0 else 0.0, steering_n)
         self._open(self._wanted(thrust_n, surge_mps), dt_s)
         given_n = self._curve.thrust_n(self._throttle, surge_mps)
         if given_n > _LEAST_THRUST_N:
             self._steer(math.asin(min(1.0, max(-1.0, across_n / given_n))), dt_s)
 
-    def _steering_n(self, wanted_n: float, surge_n: float, dt_s: float) -> float:
-        """The thrust for steering, of that with which the nozzle at its stop would give the moment."""
-        usual_n = self._parameters["JET_STEER_N"]
+    def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float) -> float:
+        """The thrust for steering, of that with which the nozzle at its stop would give the moment. What the water
+        takes at the present speed lets the boat gather no way."""
+        usual_n = max(self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps)))
         short = wanted_n > max(usual_n, surge_n)
         self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)

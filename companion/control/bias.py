@@ -16,14 +16,19 @@ _UNWIND_RADPS = 0.5
 
 class BiasForce:
     """A force in north and east and a moment, to add to the demanded wrench. The force stays fixed in NED while the
-    boat turns. All laws share one bias, so that a change of law causes no bump."""
+    boat turns. All laws share one bias, so that a change of law causes no bump.
 
-    __slots__ = ("_east_n", "_limits", "_most_nm", "_north_n", "_yaw_nm")
+    Of a boat without sideways thrust under way it turns with the boat: there it is mostly the model's error of the
+    drag. With one that keeps a place (`keeps_across`) it stays in NED too: there it is wind.
+    """
+
+    __slots__ = ("_east_n", "_limits", "_most_nm", "_north_n", "_yaw_nm", "keeps_across")
 
     def __init__(self, limits: LimitsConfig, most_nm: float | None = None) -> None:
         """`most_nm`: the largest moment under way; None: `limits.yaw_nm`."""
         self._limits = limits
         self._most_nm = limits.yaw_nm if most_nm is None else most_nm
+        self.keeps_across = False
         self.reset()
 
     def reset(self) -> None:
@@ -39,11 +44,18 @@ class BiasForce:
         """Integrate rates in body axes (N/s, N/s, Nm/s) over `dt_s`, within the limits."""
         x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
         limits = self._limits
-        bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * limits.sway_n, _SHARE * self._most_nm
+        across_n = limits.surge_n if self.keeps_across and limits.sway_n <= 0.0 else limits.sway_n
+        bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * across_n, _SHARE * self._most_nm
         x = min(bound_x, max(-bound_x, x + surge_nps * dt_s))
         y = min(bound_y, max(-bound_y, y + sway_nps * dt_s))
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
+
+    def take_surge(self, surge_n: float, yaw_rad: float) -> None:
+        """Take over what another law has learnt along the hull, within the limits."""
+        _, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
+        bound = _SHARE * self._limits.surge_n
+        self._north_n, self._east_n = body_to_ned(min(bound, max(-bound, surge_n)), y, yaw_rad)
 
     def unwind(self, demanded: Wrench, achieved: Wrench, yaw_rad: float, dt_s: float) -> None:
         """Reduce the bias by what the thrusters could not give in the last cycle: anti-windup by back-calculation. It

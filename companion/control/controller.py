@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -31,6 +32,7 @@ from companion.params.store import Parameters
 
 _BASELINE = 1  # value of DP_LAW and WP_LAW
 _FEWEST_POSES = 3  # of which a change of the wrench can be told
+_TURN_RAD = math.radians(20.0)  # off the heading: the estimate takes part of a fast turn for waves
 
 
 class PositioningLaw(Protocol):
@@ -127,15 +129,14 @@ class Controller:
             self._tracking.restart()
             self._predictive.restart()
             self._slow_wind.restart()
+        self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
                 return self._position(setpoint, nav, achieved, dt_s)
             case PathSetpoint():
                 return self._track(setpoint, nav, achieved, dt_s)
             case HeadingSetpoint():
-                self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
-                wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
-                return self._limited(self._against_wind_moment(wrench, nav))
+                return self._head(setpoint, nav, achieved, dt_s)
             case WrenchSetpoint(wrench) if finite(wrench):
                 self._demanded = None
                 return self._saturated(wrench)
@@ -143,6 +144,15 @@ class Controller:
                 self._bias.reset()
         self._demanded = None
         return ZERO_WRENCH
+
+    def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
+        """The moment that holds the heading, with the forces of the sticks."""
+        self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
+        if setpoint.pushed_n != 0.0:  # near a fence, the next law has no room to learn it anew
+            air_n, _, _ = wind_force(self._config.windage, self._config.length_m, nav)
+            self._bias.take_surge(air_n - setpoint.pushed_n, nav.yaw_rad)
+        wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
+        return self._limited(self._against_wind_moment(wrench, nav))
 
     def _position(self, setpoint: PoseSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench of dynamic positioning, by the law that DP_LAW chooses."""
@@ -169,6 +179,8 @@ class Controller:
                 self._demanded = None
                 self._tracking.restart()
                 return self._saturated(wrench)
+        if setpoint.keeps_place and abs(wrap_pi(setpoint.yaw_rad - nav.yaw_rad)) < _TURN_RAD:
+            nav = without_waves(nav)
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         wrench = self._tracking.update(setpoint, nav, self._bias, dt_s)

@@ -31,7 +31,7 @@ class SurgeGovernor:
     def limited(
         self, setpoint: HeadingSetpoint, nav: NavState, limit_mps: float, braking_mps2: float, now_s: float
     ) -> HeadingSetpoint:
-        """The setpoint, with at most the surge force m11 (ω (u_lim − u) − a) + X(u_lim) − pushed.
+        """The setpoint, with what pushes it and at most the surge force m11 (ω (u_lim − u) − a) + X(u_lim) − pushed.
 
         The limit counts in the direction of the force, at none in that of the motion. ω is PATH_BW_SURGE; `pushed` is
         the integral of m11 (ω/2)² (u − u_lim), which makes both poles −ω/2. An infinite limit clears it.
@@ -50,4 +50,6 @@ class SurgeGovernor:
         governed = sign * wrench.surge_n > most_n
         rate = -mass * (0.5 * bandwidth) ** 2 * slack_mps if governed else -0.5 * bandwidth * pushed_n
         self._pushed_n = sign * min(self._strongest_n, max(0.0, pushed_n + rate * dt_s))
-        return replace(setpoint, wrench=replace(wrench, surge_n=sign * most_n)) if governed else setpoint
+        if not governed:
+            return setpoint
+        return replace(setpoint, wrench=replace(wrench, surge_n=sign * most_n), pushed_n=sign * pushed_n)

@@ -96,7 +96,8 @@ class PlannedPose:
 class PathSetpoint:
     """Path tracking: heading, speed and yaw rate under way, in body axes. `exact`: the motion is planned, with all its
     accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps. `ahead`: the
-    poses planned from now on, PATH_STEP_S apart, for laws and thrusters that look ahead."""
+    poses planned from now on, PATH_STEP_S apart, for laws and thrusters that look ahead. `keeps_place`: the boat keeps
+    near a point, and its motion in waves is no error."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -108,6 +109,7 @@ class PathSetpoint:
     yaw_radps2: float = 0.0
     exact: bool = False
     ahead: tuple[PlannedPose, ...] = ()
+    keeps_place: bool = False
 
 
 def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:
@@ -128,12 +130,14 @@ def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> P
 
 @dataclass(frozen=True, slots=True)
 class HeadingSetpoint:
-    """A heading to hold, with its yaw rate. `wrench` holds the surge and sway forces of the sticks."""
+    """A heading to hold, with its yaw rate. `wrench` holds the surge and sway forces of the sticks. `pushed_n`: what
+    pushes the boat ahead over the limit of its speed (negative: astern), as far as that is known."""
 
     yaw_rad: float
     wrench: Wrench
     yaw_rate_radps: float = 0.0
     progress: Progress = NO_PROGRESS
+    pushed_n: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

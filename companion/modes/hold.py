@@ -180,6 +180,16 @@ class HoldMode(Mode):
         """Whether a boat without sideways thrust moves about inside its watch circle."""
         return self._cannot_sway and not self._hold_point.in_transit
 
+    @property
+    def held_point(self) -> tuple[float, float] | None:
+        """The point about which the boat moves, once it has come to rest there."""
+        return self._hold_point.target if self.drifts and self._hold_point.arrived else None
+
+    def hold_instead(self, north_m: float, east_m: float) -> None:
+        """Hold another point."""
+        self._hold_point.shift(north_m, east_m, self._hold_point.held[2])
+        self._moved()
+
     def way_round(self, inputs: ModeInputs) -> WayRound[Way | None] | None:
         """Another way to the point of the go-to."""
         return transit_round(self._hold_point, inputs)

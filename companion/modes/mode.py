@@ -124,6 +124,14 @@ class Mode(ABC):
         """Whether the boat now moves about a point that it cannot keep: wind and current may set it onto something."""
         return False
 
+    @property
+    def held_point(self) -> tuple[float, float] | None:
+        """The point about which such a boat moves; None where it keeps none."""
+        return None
+
+    def hold_instead(self, north_m: float, east_m: float) -> None:  # noqa: B027  most modes hold no point
+        """Hold another point than `held_point`: obstacles lie too near to that."""
+
     def way_round(self, inputs: ModeInputs) -> WayRound[Any] | None:
         """How to lead the rest of the way round the obstacles; None where the mode has no way of its own."""
         return None

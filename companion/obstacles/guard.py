@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
-from companion.core.actuation import ZERO_WRENCH
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -42,6 +42,7 @@ from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import OpenWater
 from companion.obstacles.patience import Patience
+from companion.obstacles.room_to_hold import RoomToHold
 from companion.obstacles.surroundings import Surroundings
 from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
@@ -54,6 +55,7 @@ _LOOKS = 2  # in a row that find the way blocked
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
+_TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
@@ -93,6 +95,15 @@ class GuardedMode(Protocol):
         """The boat makes no way for good reason: the mode must not report it as stuck."""
         ...
 
+    @property
+    def held_point(self) -> Place | None:
+        """The point about which the boat now moves; None where it keeps none."""
+        ...
+
+    def hold_instead(self, north_m: float, east_m: float) -> None:
+        """Hold another point."""
+        ...
+
 
 class Detour(Protocol):
     """A detour round traffic that is under way."""
@@ -113,8 +124,8 @@ class ObstacleGuard:
     Ways round are looked for beside the control thread, and laid in the tick in which they are found.
 
     Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
-    found, how patient it still is, since when it stops the boat, and whether it holds it. `impossible`: why the mode
-    cannot go on, once that is settled.
+    found, how patient it still is, since when it stops the boat, whether that brakes before it steers, and whether it
+    backs the boat out or holds it. `impossible`: why the mode cannot go on, once that is settled.
     """
 
     def __init__(
@@ -127,6 +138,7 @@ class ObstacleGuard:
         chart: ChartKeeper,
     ) -> None:
         self._config = config
+        self._fence = fence
         self._governor = SurgeGovernor(config, parameters)
         self._parameters = parameters
         self._around = surroundings
@@ -138,6 +150,9 @@ class ObstacleGuard:
         self._braking = Braking(config, parameters)
         self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
         self._hold_point = HoldPoint(config, parameters, fence)
+        self._room = RoomToHold(config, parameters)
+        self._steers_by_flow = config.has_rudder
+        self._brakes = self._backing = False
         self._mode: GuardedMode | None = None
         self._holding = False
         self._looked_s = self._planned_s = -math.inf
@@ -159,6 +174,7 @@ class ObstacleGuard:
         self._work = None
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
         self._stopped_s = None
+        self._brakes = self._backing = False
         self.impossible = None
         self._keeping_off.reset()
         self._patience.reset()
@@ -179,6 +195,9 @@ class ObstacleGuard:
         if not len(self._circles) and math.isinf(self._around.shoals.way_m) and self._chart.water is None:
             self._holding = self._slowed = False
             return setpoint
+        if self._backing:
+            mode.excuse()
+            return WrenchSetpoint(self._astern(inputs.nav), setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not (mode.goes_round or mode.drifts):
             return stopped
@@ -202,6 +221,7 @@ class ObstacleGuard:
         if not len(lying) and self._chart.water is None:
             self._open(now_s)
             return
+        self._give_room(mode, inputs)
         aside = detour.detour_ahead
         whole = mode.way_ahead()
         if mode.goes_round and self._patience.look(whole, now_s) and self._may_give_up(inputs):
@@ -236,6 +256,33 @@ class ObstacleGuard:
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
         else:
             self._no_way(reason, inputs)
+
+    def _give_room(self, mode: GuardedMode, inputs: ModeInputs) -> None:
+        """Where what lies leaves a boat that moves about its hold point too little room for that, it backs out, or
+        holds another point."""
+        nav, water, point = inputs.nav, self.water.now, mode.held_point
+        waits = self._holding and self._hold_point.arrived
+        before = self._backing
+        self._backing = (before or waits or point is not None) and self._room.backs_out(nav, water, self._fence, before)
+        here = nav.north_m, nav.east_m
+        if self._backing or not (waits or point is not None):
+            return
+        at = here if before else point or self._hold_point.target
+        place = self._room.better(at, here, water) or (here if before else None)
+        if place is None:
+            return
+        if point is not None:
+            mode.hold_instead(*place)
+            text = "Obstacles in the watch circle: hold point moved"
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "hold_point_clear", text)
+        else:
+            self._hold_point.shift(*place, nav.yaw_rad)
+
+    def _astern(self, nav: NavState) -> Wrench:
+        """Astern without steering, which a rudder does by thrust ahead."""
+        hull, astern_mps = self._config.hull, self._parameters["DP_SPEED_ASTERN"]
+        gain = hull.m11_kg * self._parameters["PATH_BW_SURGE"]
+        return Wrench(-gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps), 0.0, 0.0)
 
     def _stands(self, now_s: float) -> bool:
         """Whether the boat is kept from a way that is free: from where it stands, that way begins otherwise."""
@@ -306,14 +353,23 @@ class ObstacleGuard:
         if size <= limit:
             return setpoint
         assert isinstance(setpoint, PathSetpoint)
-        return self._slowed_path(setpoint, limit / size, limit)
+        return self._slowed_path(setpoint, nav, limit / size, limit)
 
-    def _slowed_path(self, setpoint: PathSetpoint, share: float, limit: float) -> Setpoint:
+    def _slowed_path(self, setpoint: PathSetpoint, nav: NavState, share: float, limit: float) -> Setpoint:
         """That share of the motion asked for. Where no way is open, a boat without thrust astern coasts: thrust for a
-        turn would speed it up, and leads nowhere."""
+        turn would speed it up, and leads nowhere. One with a rudder that is too fast brakes, on the heading that it
+        has: a rudder turns it by thrust ahead."""
         if self._keeping_off.coasts and self._since_s is not None:
             return WrenchSetpoint(ZERO_WRENCH, setpoint.progress)
+        if self._brakes_first(nav, limit):
+            setpoint = replace(setpoint, yaw_rad=nav.yaw_rad, yaw_rate_radps=0.0)
         return braked(setpoint, share, self._parameters["PATH_ACC"] * min(1.0, limit))
+
+    def _brakes_first(self, nav: NavState, limit: float) -> bool:
+        """Whether a boat with a rudder is so much faster than the limit that it brakes; it goes on until it is not."""
+        over_mps = nav.surge_mps - limit
+        self._brakes = self._steers_by_flow and over_mps > (0.0 if self._brakes else _TOO_FAST_MPS)
+        return self._brakes
 
     def _mind_stop(self, stopped: bool, now_s: float) -> None:
         if not stopped:
@@ -337,8 +393,11 @@ class ObstacleGuard:
         return self._braking.speed_mps(way_m, stream)
 
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
-        """Way straight ahead until the hull is too near to something."""
+        """Way straight ahead until the hull is too near to something. Where no way leads on, the boat will hold: with
+        room for that."""
         keep_m = 0.5 * self._config.length_m + STOP_SHARE * self._parameters["CP_DIST"]
+        if self._since_s is not None:
+            keep_m += self._room.least_m
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
 
     def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:

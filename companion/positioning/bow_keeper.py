@@ -9,7 +9,7 @@ from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, without_waves
 from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
@@ -128,6 +128,7 @@ class BowKeeper:
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
+        nav = without_waves(nav)
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
             rest = self._stop.place(nav, self._along_mps(nav))
@@ -138,7 +139,8 @@ class BowKeeper:
         progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         if self._stop.lasts:
             # a rudder would hold the heading by thrust ahead: it brakes on whatever heading it has
-            return PathSetpoint(nav.yaw_rad if self._needs_flow else self._braking_rad(nav), 0.0, progress=progress)
+            yaw_rad = nav.yaw_rad if self._needs_flow else self._braking_rad(nav)
+            return PathSetpoint(yaw_rad, 0.0, progress=progress)
         if self._goes_astern_first(nav):
             return self._astern_first(nav, progress)
         self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
@@ -163,7 +165,7 @@ class BowKeeper:
             surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
         if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
-        return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+        return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=True)
 
     def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
         """The heading on which the boat comes back along a bearing at `back_mps` over ground, against its drift."""

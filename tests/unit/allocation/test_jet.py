@@ -57,13 +57,24 @@ def test_the_same_thrust_takes_more_throttle_at_speed() -> None:
 
 def test_a_turn_without_thrust_raises_the_thrust_to_jet_steer_n() -> None:
     """No thrust, no steering: 300 N m want 461 N at the stop of the nozzle, and 400 N are allowed for that."""
-    result = settle(allocator(JET_STEER_N=400.0), Wrench(0.0, 0.0, 300.0), 8.2, 2.9)
+    result = settle(allocator(JET_STEER_N=400.0), Wrench(0.0, 0.0, 300.0), 1.0, 2.9)
     assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(400.0, rel=1e-6)
     assert result.thrusters[0].azimuth_rad == pytest.approx(-STOP_RAD)
     assert result.achieved.yaw_nm == pytest.approx(1.6 * 400.0 * math.sin(STOP_RAD), rel=1e-6)
     assert result.limited == (True, False, True)
-    none = settle(allocator(JET_STEER_N=0.0), Wrench(0.0, 0.0, 300.0), 8.2)
+    none = settle(allocator(JET_STEER_N=0.0), Wrench(0.0, 0.0, 300.0), 0.0)
     assert none.thrusters[0].throttle == 0.0 and none.achieved.yaw_nm == 0.0
+
+
+def test_at_speed_a_turn_may_take_as_much_thrust_as_the_water_does() -> None:
+    """It lets the boat gather no way. Jets that had to turn back before a fence glided on for 3 s instead."""
+    drag_n = VESSEL.hull.drag_n(4.0)
+    assert drag_n > 400.0
+    result = settle(allocator(JET_STEER_N=100.0), Wrench(-500.0, 0.0, 2000.0), 4.0, 1.5)
+    assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(drag_n, rel=1e-3)
+    enough_n = 200.0 / (1.6 * math.sin(STOP_RAD))
+    result = settle(allocator(JET_STEER_N=100.0), Wrench(-500.0, 0.0, 200.0), 4.0, 1.5)
+    assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(enough_n, rel=1e-3)
 
 
 def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:

@@ -145,6 +145,29 @@ def test_the_bias_stays_fixed_in_ned_while_the_boat_turns() -> None:
     assert bias.in_body(math.pi / 2.0) == pytest.approx((0.0, -10.0, 0.0), abs=1e-12)
 
 
+def test_without_sideways_thrust_the_bias_turns_with_the_boat_unless_it_keeps_a_place() -> None:
+    """A catamaran that turned its bow into 10 m/s of wind then pushed with it, and was carried 10 m, over a fence."""
+    bias = BiasForce(LimitsConfig(50.0, 0.0, 32.0))
+    for keeps, ahead_again_n in ((True, -30.0), (False, 30.0)):
+        bias.reset()
+        bias.keeps_across = keeps
+        bias.grow(30.0, 0.0, 0.0, 0.0, 1.0)
+        for degrees in range(181):
+            bias.grow(0.0, 0.0, 0.0, math.radians(degrees), 0.1)
+        assert bias.in_body(math.pi)[0] == pytest.approx(ahead_again_n, rel=0.05)
+
+
+@pytest.mark.parametrize(("off_rad", "left_to_waves"), [(0.1, True), (0.6, False)])
+def test_a_boat_that_keeps_a_place_leaves_the_waves_alone_unless_it_turns(off_rad: float, left_to_waves: bool) -> None:
+    waves = WaveMotion(3.0, 0.08, 0.0, 0.0, 0.3, 0.0, 0.1)
+    moved = replace(nav_state(), north_mps=0.3, surge_mps=0.3, yaw_rate_radps=0.1, waves=waves)
+    for keeps in (True, False):
+        setpoint = PathSetpoint(off_rad, keeps_place=keeps)
+        got, still = (controller().update(setpoint, nav, ZERO_WRENCH, DT_S) for nav in (moved, nav_state()))
+        same = axes(got) == pytest.approx(axes(still), abs=1e-6)
+        assert same == (keeps and left_to_waves)
+
+
 def test_the_bias_is_bounded_and_gives_back_what_falls_short() -> None:
     bias = BiasForce(LimitsConfig(50.0, 20.0, 32.0))
     for _ in range(1000):

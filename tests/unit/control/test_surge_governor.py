@@ -8,10 +8,11 @@ from dataclasses import replace
 import pytest
 
 from companion.config.vessel import VesselConfig, bundled, find, load
+from companion.control.controller import Controller
 from companion.control.model import damping
 from companion.control.surge_governor import SurgeGovernor
-from companion.core.actuation import Wrench
-from companion.core.setpoint import HeadingSetpoint
+from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.setpoint import HeadingSetpoint, PoseSetpoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 from tests.unit.estimates import AT_REST
@@ -55,6 +56,18 @@ def test_a_boat_that_moves_slowly_the_other_way_is_limited_all_the_same() -> Non
     full = HeadingSetpoint(0.0, Wrench(50.0, 0.0, 0.0))
     got = governor.limited(full, replace(AT_REST, surge_mps=-0.01), 0.0, 0.0, 0.0).wrench.surge_n
     assert got == pytest.approx(REVOLT.hull.m11_kg * Parameters()["PATH_BW_SURGE"] * 0.01)
+
+
+def test_what_has_pushed_the_boat_is_known_to_the_law_that_holds_it_then() -> None:
+    """A boat of 4.7 m that Hold took over 3 m before its fence was pushed 0.9 m further, its hull over the line."""
+    governor, controller, speed_mps = SurgeGovernor(REVOLT, Parameters()), Controller(REVOLT, Parameters()), 0.0
+    for tick in range(1200):
+        nav = replace(AT_REST, surge_mps=speed_mps)
+        asked = governor.limited(HeadingSetpoint(0.0, Wrench(50.0, 0.0, 0.0)), nav, 0.0, 0.0, tick * DT_S)
+        given = controller.update(asked, nav, ZERO_WRENCH, DT_S)
+        speed_mps += (given.surge_n + 5.0) / REVOLT.hull.m11_kg * DT_S
+    holds = controller.update(PoseSetpoint(0.0, 0.0, 0.0), AT_REST, given, DT_S)
+    assert holds.surge_n == pytest.approx(-5.0, abs=0.1)
 
 
 def test_no_limit_leaves_the_stick_alone_and_clears_the_integral() -> None:

@@ -61,6 +61,7 @@ class Sailing:
     laid: list[object] = field(default_factory=list)
     reason: str | None = None
     excused: int = 0
+    held_point: Place | None = None
 
     def way_ahead(self) -> Sequence[Place]:
         return self.way
@@ -74,6 +75,9 @@ class Sailing:
             return "no open water" if found is None else None
 
         return WayRound(lambda water: water.way(here, end), lay)
+
+    def hold_instead(self, north_m: float, east_m: float) -> None:
+        self.held_point = north_m, east_m
 
     def excuse(self) -> None:
         self.excused += 1

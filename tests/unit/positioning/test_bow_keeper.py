@@ -11,7 +11,7 @@ from companion.config.vessel import find, load
 from companion.control.controller import Controller
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.core.estimate import NO_ESTIMATE, NavState, WaveMotion
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
 from companion.params.store import Parameters
@@ -57,6 +57,20 @@ def test_an_offset_that_stays_turns_the_heading_to_lie_at() -> None:
     for _ in range(300):
         keeper.update(at(east_m=0.3, yaw_rad=math.pi, current=stream), None, 1.0, 0.1)
     assert wrap_pi(keeper.target[2] - math.pi) > math.radians(5.0)
+
+
+def test_waves_turn_the_bow_nowhere() -> None:
+    """The heading swung by 20° with each wave, and a lone outboard changed the sign of its thrust 42 times a minute."""
+    stream = (0.4, 0.0)
+    still = at(yaw_rad=math.pi, current=stream)
+    keeper, yaws = held(still), []
+    for i in range(100):
+        east_mps = 0.4 * math.sin(0.3 * i)
+        waves = WaveMotion(3.0, 0.0, 0.0, 0.0, 0.0, east_mps, 0.0)
+        asked = keeper.update(replace(still, east_mps=east_mps, sway_mps=-east_mps, waves=waves), None, 1.0, 0.1)
+        assert isinstance(asked, PathSetpoint) and asked.keeps_place
+        yaws.append(wrap_pi(asked.yaw_rad - math.pi))
+    assert max(yaws) - min(yaws) < math.radians(1.0)
 
 
 def test_a_boat_that_lies_stern_to_the_stream_turns_round() -> None:

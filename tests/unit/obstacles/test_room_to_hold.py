@@ -1,0 +1,113 @@
+"""A boat that moves about its hold point holds where obstacles leave it room, and backs out of where they do not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.fence.allowed import Allowed
+from companion.obstacles.open_water import Water
+from companion.obstacles.room_to_hold import RoomToHold
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+from tests.unit.obstacles.stubs import Sailing, no_fence
+from tests.unit.obstacles.test_guard import Bridge, motion
+from tests.unit.rudder_boat import SKIFF
+
+OTTER = load(find("otter"))
+CIRCLE_M = 6.0
+KEPT_M = 1.0 + 0.9  # half of the skiff's length, and the share of CP_DIST at which it stops
+
+
+def room(config: VesselConfig = SKIFF) -> RoomToHold:
+    return RoomToHold(config, Parameters({**config.parameters, "DP_WATCH_R": CIRCLE_M}))
+
+
+def water(*circles: tuple[float, float, float]) -> Water:
+    return Water(np.array(circles, dtype=float).reshape(-1, 3), 4.0, Allowed(None, None, 0.0, 1.0))
+
+
+def test_only_a_boat_that_steers_by_its_way_needs_room() -> None:
+    jet = load(find("rescuerunner"))
+    assert (room().room_m, room(jet).room_m, room(OTTER).room_m) == (CIRCLE_M, CIRCLE_M, 0.0)
+    stone = water((3.0, 0.0, 0.5))
+    assert room(OTTER).better((0.0, 0.0), (0.0, 0.0), stone) is None
+
+
+def test_it_holds_where_its_circle_is_free() -> None:
+    stone = water((5.0, 0.0, 1.0))
+    place = room().better((0.0, 0.0), (0.0, 0.0), stone)
+    assert place is not None
+    assert math.dist(place, (5.0, 0.0)) - 1.0 - KEPT_M >= CIRCLE_M - 0.01
+    assert math.hypot(*place) < CIRCLE_M, "the nearest one"
+    assert room().better((0.0, 0.0), (0.0, 0.0), water((8.0, 0.0, 1.0))) is None, "room enough in most weathers"
+
+
+def test_among_obstacles_it_takes_the_best_place_or_stays() -> None:
+    ring = [(9.0 * math.cos(a), 9.0 * math.sin(a), 1.5) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]
+    assert room().better((0.0, 0.0), (0.0, 0.0), water(*ring)) is None
+
+
+@pytest.mark.parametrize(("bow_rad", "backs"), [(0.0, True), (math.pi, False), (0.5 * math.pi, False)])
+def test_it_backs_out_where_that_leads_away_and_the_water_astern_is_free(bow_rad: float, backs: bool) -> None:
+    nav, fence = replace(AT_REST, yaw_rad=bow_rad), no_fence(SKIFF, Parameters())
+    stones = water((5.0, 0.0, 1.0), (0.0, -5.0, 1.0))
+    assert room().backs_out(nav, stones, fence, False) is backs
+    assert not room(OTTER).backs_out(nav, stones, fence, False)
+
+
+def test_once_it_backs_out_it_goes_on_until_it_has_all_the_room() -> None:
+    nav, fence, stone = replace(AT_REST, north_m=-2.5), no_fence(SKIFF, Parameters()), water((5.0, 0.0, 1.0))
+    assert [room().backs_out(nav, stone, fence, begun) for begun in (False, True)] == [False, True]
+    assert not room().backs_out(replace(nav, north_m=-4.0), stone, fence, True)
+
+
+def test_where_no_way_leads_on_the_boat_stops_with_room_to_hold() -> None:
+    ring = [(20.0 * math.cos(a), 20.0 * math.sin(a), 1.0) for a in np.linspace(0.0, math.tau, 60, endpoint=False)]
+    stopped_m = []
+    for config in (SKIFF, OTTER):
+        bridge, mode = Bridge(*ring, config=config), Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
+        bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+        stopped_m.append(next(x for x in np.arange(0.0, 19.0, 0.1) if _stands(bridge, mode, float(x))))
+    assert stopped_m[1] - stopped_m[0] == pytest.approx(0.5 * CIRCLE_M, abs=0.3)
+
+
+def _stands(bridge: Bridge, mode: Sailing, north_m: float) -> bool:
+    """Whether the boat at that place, at rest, is not sent on."""
+    for _ in range(4):
+        got = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6, north_m=north_m)
+    return isinstance(got, WrenchSetpoint) or (isinstance(got, PathSetpoint) and got.surge_mps < 0.1)
+
+
+def test_too_fast_for_what_lies_ahead_a_boat_with_a_rudder_brakes_on_its_heading() -> None:
+    """Its rudder turned it by thrust ahead, onto the obstacle that it was to go round."""
+    asked = PathSetpoint(0.6, surge_mps=1.0)
+    for config, brakes in ((SKIFF, True), (OTTER, False)):
+        bridge = Bridge((3.5, 0.0, 1.0), config=config)
+        got = bridge.steer(asked, Sailing(), **motion(1.2, 0.0))
+        assert isinstance(got, PathSetpoint) and got.surge_mps < 0.9
+        assert (got.yaw_rad == 0.0) is brakes
+
+
+def test_in_hold_the_point_moves_to_open_water_and_that_is_said() -> None:
+    bridge = Bridge((0.0, 5.5, 1.0), config=load(find("rescuerunner")))
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    mode = Sailing(drifts=True, held_point=(0.0, 0.0))
+    bridge.steer(PathSetpoint(0.0), mode)
+    assert mode.held_point is not None and mode.held_point[1] < -1.0
+    assert "Obstacles in the watch circle: hold point moved" in bridge.texts()
+
+
+def test_in_hold_a_boat_with_a_rudder_first_backs_out() -> None:
+    bridge = Bridge((4.5, 0.0, 1.0), config=SKIFF)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    mode = Sailing(drifts=True, held_point=(0.0, 0.0))
+    out = bridge.steer(PathSetpoint(0.0), mode)
+    assert isinstance(out, WrenchSetpoint) and out.wrench.surge_n < 0.0 and out.wrench.yaw_nm == 0.0
+    bridge.steer(PathSetpoint(0.0), mode, north_m=-6.0)
+    assert mode.held_point == (-6.0, 0.0)
