@@ -96,7 +96,7 @@ class Weathervane:
             self._see_thrusters(inputs)
         elif alarmed and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._give_up(inputs, "driven off sideways: bow turns to weather")
-        elif (left or inputs.failed) and self._lacks:
+        elif left and self._lacks:
             self._give_up(inputs, "too little thrust sideways: bow to weather")
 
     @property
