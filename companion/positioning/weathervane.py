@@ -32,9 +32,9 @@ _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
 
 class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
-    east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their sign,
-    whether the boat is driven off, with which thrusters failed and from which heading, when it was last outside its
-    watch circle, and what was announced."""
+    east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their
+    sign, whether the boat is driven off, with which thrusters failed and from which heading, when it was last outside
+    its watch circle, and what was announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""

@@ -92,8 +92,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def measure_with_failure(
     folder: Path, asked: dict[str, Any], settings: Settings
 ) -> tuple[dict[str, float], Sequence[Check]]:
-    """Errors of the whole time, and those after the recovery. One thruster alone pushes no boat sideways without turning
-    it: that boat turns its bow to the weather, inside its alarm circle, and takes its heading back."""
+    """Errors of the whole time, and those after the recovery. One thruster alone pushes no boat sideways without
+    turning it: that boat turns its bow to the weather, inside its alarm circle, and takes its heading back."""
     metrics = _off(folder, asked, asked["from_s"])
     after = _off(folder, asked, asked["recovered_s"])
     metrics["recovered_rms_m"] = after["position_rms_m"]
