@@ -239,9 +239,7 @@ class RtlMode(Mode):
         that drives it off sideways."""
         north_m, east_m = self._hold_point.target
         self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
-        self._weathervane.see(
-            inputs, self._watch.left, self._watch.alarmed or self._headway.is_stuck(inputs.now_s)
-        )
+        self._weathervane.see(inputs, self._watch.left, self._watch.alarmed or self._headway.is_stuck(inputs.now_s))
         if self._arrived or self._weathervane.driven_off:
             heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
             if heading_rad is not None:

@@ -97,7 +97,7 @@ class Weathervane:
         elif alarmed and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
             self._give_up(inputs, "driven off sideways: bow turns to weather")
         elif left and self._lacks:
-            self._give_up(inputs, "too little thrust sideways: bow to weather")
+            self._give_up(inputs, "too little sway thrust: bow to weather")
 
     @property
     def _lacks(self) -> bool:

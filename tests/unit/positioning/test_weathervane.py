@@ -216,7 +216,7 @@ def test_a_boat_that_is_off_its_point_with_thrust_to_spare_keeps_its_heading(fre
     assert DRIVEN not in boat.texts() and yaw_asked(boat) == pytest.approx(0.0)
 
 
-LACKING = "Hold: too little thrust sideways: bow to weather"
+LACKING = "Hold: too little sway thrust: bow to weather"
 
 
 def test_thrusters_that_give_less_than_half_of_what_it_asks_are_not_waited_for(free: Callable[..., Boat]) -> None:
