@@ -57,6 +57,13 @@ def astern(config: VesselConfig) -> str | None:
     return None if refusal is None else f"it needs way astern that can be steered, and {refusal}; try mission_square"
 
 
+def motor(config: VesselConfig) -> str | None:
+    """It must be able to go in every direction, at the speed asked for."""
+    if not config.has_sail:
+        return None
+    return "it asks for tracks and speeds that no sail gives against the wind, and this boat sails; try sail_triangle"
+
+
 def turning(config: VesselConfig) -> str | None:
     """It must be able to turn on the spot."""
     if turns_on_the_spot(config.thrusters):

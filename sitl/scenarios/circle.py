@@ -11,6 +11,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
+from sitl.scenarios.boat import motor
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import (
     Check,
@@ -124,6 +125,7 @@ SCENARIO = Scenario(
         "rescuerunner": {"radius": "60", "gnss": "standalone"},
         "wamv16": {"radius": "25"},
     },
+    needs=(motor,),
     sail=sail,
     measure=measure,
     lasts_s=480.0,

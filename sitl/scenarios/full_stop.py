@@ -14,7 +14,7 @@ from companion.config.dimensions.limits import support_n
 from companion.config.hull import HullConfig
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.boat import fast_mps
+from sitl.scenarios.boat import fast_mps, motor
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -121,6 +121,7 @@ SCENARIO = Scenario(
         "model_error": "",
         "plant": "",
     },
+    needs=(motor,),
     sail=sail,
     measure=measure,
     lasts_s=180.0,

@@ -7,16 +7,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import turning
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, EstimateError, estimate_errors, receiver_error_m, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
 
+_HEADING = 0x00070000
 _TURN_RAD = math.pi / 2.0
 _TURN_S = 50.0
 _LIMIT_M = 0.02
 _WHOLE_M = 0.05  # limit of the estimate's whole error, with the receiver's slow error
-_CHANGES = 0.05  # share of the slow error by which it changes with the heading by chance, while the boat turns
+_CHANGES = 0.3  # share of the slow error by which it changes with the heading by chance: √(1 − exp(−30 s / 300 s))
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
@@ -25,9 +29,30 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.hold_at_home(number(settings, "settle"))
     from_s = gcs.rig.now_s
     gcs.sail(5.0)
-    gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
-    gcs.sail(_TURN_S)
+    if gcs.rig.config.limits.sway_n > 0.0:
+        gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
+        gcs.sail(_TURN_S)
+    else:
+        _turn_by_stick(gcs)
     return {"from_s": from_s}
+
+
+def _turn_by_stick(gcs: GroundStation) -> None:
+    """Turn in mode Heading: in Hold a boat without sideways thrust lies with its bow in the weather."""
+    to_rad = gcs.rig.world.truth.yaw_rad + _TURN_RAD
+    _helm(gcs, 0.0)  # sticks take control only from the middle
+    gcs.set_mode(_HEADING)
+    _helm(gcs, 0.0)
+    gcs.step()
+    until_s = gcs.rig.now_s + _TURN_S
+    while gcs.rig.now_s < until_s:
+        _helm(gcs, wrap_pi(to_rad - gcs.rig.world.truth.yaw_rad))
+        gcs.step()
+
+
+def _helm(gcs: GroundStation, share: float) -> None:
+    """Hold the yaw stick; the others are centred."""
+    gcs.send(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, round(1000.0 * min(1.0, max(-1.0, share))), 0))
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:

@@ -11,6 +11,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.frames import body_to_ned
+from sitl.scenarios.boat import motor
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, Track, between, read_estimates, read_truth
 from sitl.scenarios.scenario import Scenario, Settings, number
@@ -149,6 +150,7 @@ SCENARIO = Scenario(
         "rescuerunner": {"speed": "5", "gnss": "standalone"},
         "cybership2": {"speed": "0.12"},
     },
+    needs=(motor,),
     sail=sail,
     measure=measure,
 )

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import track_plot
+from sitl.scenarios.boat import motor
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, closest, largest_turn_rad, read_truth, rms
 from sitl.scenarios.positioning import read
@@ -138,6 +139,7 @@ SCENARIO = Scenario(
         "path": "pchip",
         "law": "companion",
     },
+    needs=(motor,),
     sail=sail,
     measure=measure,
     plot=track_plot.draw,

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import route_plot
+from sitl.scenarios.boat import motor
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, closest, read_truth, receiver_error_m, rms
 from sitl.scenarios.rig import Conditions
@@ -189,6 +190,7 @@ SCENARIO = Scenario(
     text="a route of the ÅBOAT thesis in wind and current: all waypoints, no circling, near the path",
     vessel="aboat",
     defaults={"route": "3", **_DEFAULTS},
+    needs=(motor,),
     sail=sail,
     measure=measure,
     prepare=prepare,
@@ -200,6 +202,7 @@ SURVEY = Scenario(
     text="straight survey lines of 100 m, 12 m apart, in wind and current",
     vessel="aboat",
     defaults={"transects": "20", **_DEFAULTS},
+    needs=(motor,),
     sail=sail_survey,
     measure=measure_survey,
     prepare=prepare,

@@ -11,7 +11,7 @@ from companion.core.decision import TextKind
 from companion.io.mavlink.wire.script_link import ScriptLink
 from companion.record.feed import Feed
 from companion.scripting.keeper import KeptScript, ScriptKeeper
-from companion.scripting.keeping import Keeping
+from companion.scripting.keeping import Keeping, Restart
 from companion.scripting.limits import write_only_below
 from companion.scripting.runner import Settings, settings_of
 from tests.unit.record.ticks import tick
@@ -23,7 +23,9 @@ pytestmark = pytest.mark.process
 class Kept:
     """A keeper of one script, and a feed that ticks while somebody waits."""
 
-    def __init__(self, folder: Path, text: str, watchdog_s: float = 0.0, memory_mb: int = 256) -> None:
+    def __init__(
+        self, folder: Path, text: str, watchdog_s: float = 0.0, memory_mb: int = 256, restart: Restart = "never"
+    ) -> None:
         folder.mkdir(exist_ok=True)
         (folder / "script.py").write_text(text, encoding="utf-8")
         self.folder, self.texts, self.enabled = folder, [], True
@@ -42,7 +44,7 @@ class Kept:
             memory_mb=memory_mb,
         )
         self.script = KeptScript(
-            "bad", Keeping("bad", "never", watchdog_s, 1.0), settings, folder / "out.log", self.link.theirs.fileno()
+            "bad", Keeping("bad", restart, watchdog_s, 1.0), settings, folder / "out.log", self.link.theirs.fileno()
         )
         self.keeper = ScriptKeeper([self.script], self._say, lambda: self.enabled)
         self.ticks = 0
@@ -111,7 +113,8 @@ def test_a_hung_script_is_killed_with_all_that_it_has_started(tmp_path: Path) ->
         "    if os.fork() == 0:\n"
         "        open('child', 'w').write(str(os.getpid()))\n"
         "    while True: pass\n",
-        watchdog_s=0.5,
+        watchdog_s=1.5,
+        restart="failure",  # on a loaded machine one may be killed before it has a child
     )
     wait_until(lambda: kept.look() or (tmp_path / "s" / "child").exists(), "the script's own child")
     kept.until("failed: hung")

@@ -35,6 +35,7 @@ def test_a_boat_without_sideways_thrust_is_refused_in_a_sentence(name: str, tmp_
         ("identify", "wamv16", "no.* of that name; try --set hull=as_modelled"),
         ("stern_first", "rescuerunner", "it needs way astern"),
         ("lever_arm", "rescuerunner", "it needs a turn on the spot"),
+        ("route", "sailbot", "this boat sails; try sail_triangle"),
         ("watch_circle", "aboat", "stays at its point; try hold"),
         ("watch_circle", "otter", "stays at its point; try bow_hold"),
     ],
