@@ -13,7 +13,6 @@ from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth, receiver_error_m, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
 
-_HOLD = 0x03040000
 _SETTLE_S = 30.0
 _LIMIT_M = 0.15
 
@@ -21,15 +20,10 @@ _LIMIT_M = 0.15
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home with the heading of the start. A command sets the point, so that the metrics include errors of the
     estimate."""
-    home = gcs.rig.config.home
-    gcs.ready()
-    gcs.set_mode(_HOLD)
-    gcs.arm()
-    gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
-    gcs.sail(_SETTLE_S)
+    gcs.hold_at_home(_SETTLE_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))
-    return {"from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": home.yaw_rad}
+    return {"from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": gcs.rig.config.home.yaw_rad}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:

@@ -20,7 +20,7 @@ _TURN_RAD = math.pi / 2.0
 _TURN_S = 50.0
 _LIMIT_M = 0.02
 _WHOLE_M = 0.05  # limit of the estimate's whole error, with the receiver's slow error
-_CHANGES = 0.3  # share of the slow error by which it changes with the heading by chance: √(1 − exp(−30 s / 300 s))
+_CHANGES = 0.3  # share of the slow error that changes with the heading by chance: below √(1 − exp(−30 s / 150 s)), SBAS
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
