@@ -35,8 +35,7 @@ class HomeCircle:
     @property
     def zone(self) -> FenceZone | None:
         """The circle; None if none is wanted, or without a home."""
-        home = self._home()
-        if home is None or not self.wanted:
+        if not self.wanted or (home := self._home()) is None:
             return None
         return FenceZone(_NO_SEQ, True, 0, ((home.lat_deg, home.lon_deg),), self._parameters[PARAMETER])
 

@@ -387,6 +387,8 @@ class FailsafeMonitor:
 
     def _demand(self) -> Active | None:
         """The most severe one with an action that was not released; None if it has acted already."""
+        if not self._active:
+            return None
         for row in self._table:
             active = self._active.get(row.name)
             if active is not None and active.action is not FailsafeAction.IGNORE and not active.released:

@@ -341,6 +341,8 @@ class Supervisor(Requests):
     def _obey_safe_switch(self, now_s: float) -> None:
         """A mode that the safe switch forbids is left for Manual."""
         helm = self._helm
+        if not self.parts.sticks.safe_switch:
+            return
         if self.refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, mode=helm.mode.id), now_s) is None:
             return
         self._events.say(now_s, TextKind.ATTENTION, "safe_switch", "Safe switch of the transmitter: Manual")

@@ -16,13 +16,15 @@ from sitl.tow import TowLeg
 from tests.unit.nav.test_ahrs import follow, sailing_of
 
 
-def sail(folder: Path, seed: int, **changes: str) -> ScenarioResult:
-    return run(SCENARIOS["ahrs"], LockstepRig, folder, seed=seed, changes=changes)
+def sail(folder: Path, seed: int, vessel: str | None = None, **changes: str) -> ScenarioResult:
+    return run(SCENARIOS["ahrs"], LockstepRig, folder, seed=seed, vessel=vessel, changes=changes)
 
 
-@pytest.mark.parametrize("seed", [5, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(16) if seed != 5)])
-def test_heading_in_turns_and_waves(tmp_path: Path, seed: int) -> None:
-    outcome = sail(tmp_path, seed)
+@pytest.mark.parametrize(
+    ("vessel", "seed"), [("aboat", 5), *(pytest.param(None, seed, marks=pytest.mark.sweep) for seed in range(16))]
+)
+def test_heading_in_turns_and_waves(tmp_path: Path, vessel: str | None, seed: int) -> None:
+    outcome = sail(tmp_path, seed, vessel)
     assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
 
 
@@ -52,12 +54,6 @@ def test_a_replay_says_the_same_to_the_last_bit(tmp_path: Path) -> None:
 def test_the_thesis_loses_it(tmp_path: Path) -> None:
     outcome = sail(tmp_path, 0, ahrs="thesis")
     assert outcome.metrics["heading_error_max_deg"] > 8.0 and outcome.metrics["heading_error_mean_deg"] > 3.0
-
-
-@pytest.mark.sweep
-@pytest.mark.parametrize("vessel", ["aboat"])
-def test_other_vessels(tmp_path: Path, vessel: str) -> None:
-    assert run(SCENARIOS["ahrs"], LockstepRig, tmp_path, seed=1, vessel=vessel).ok
 
 
 @pytest.mark.sweep

@@ -21,7 +21,7 @@ def sail(folder: Path, vessel: str, seed: int, **changes: str) -> dict[str, floa
 
 
 def test_aboat_in_a_current(tmp_path: Path) -> None:
-    metrics = sail(tmp_path, "aboat", 1, current="0.3", gnss="rtk", turns="1.25")
+    metrics = sail(tmp_path, "aboat", 1, current="0.3", gnss="rtk", turns="0.75")
     assert metrics["radius_rms_m"] < 0.06 and metrics["radius_max_m"] < 0.15
 
 

@@ -135,7 +135,7 @@ def test_round_the_leader_under_way(tmp_path: Path) -> None:
 
 
 def test_two_behind_one(tmp_path: Path) -> None:
-    sail("two_followers", tmp_path, 1, leader="straight@8.2", time="48")
+    sail("two_followers", tmp_path, 1, leader="straight@8.2", time="40")
     assert (tmp_path / "second" / "leader.csv").is_file()
 
 

@@ -14,9 +14,9 @@ from sitl.scenarios.scenario import run
 VESSELS = ("aboat", "cybership2", "rescuerunner", "revolt")
 
 
-@pytest.mark.parametrize("vessel", ["revolt", "rescuerunner"])
-def test_no_honest_sensor_is_doubted(tmp_path: Path, vessel: str) -> None:
-    sail(tmp_path, vessel, 0, "100")
+@pytest.mark.parametrize(("vessel", "duration"), [("revolt", "100"), ("rescuerunner", "60")])
+def test_no_honest_sensor_is_doubted(tmp_path: Path, vessel: str, duration: str) -> None:
+    sail(tmp_path, vessel, 0, duration)
 
 
 @pytest.mark.sweep

@@ -41,7 +41,8 @@ def sail(name: str, folder: Path, seed: int, vessel: str | None = None, **change
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("seed", seeds(1, 10))
+@pytest.mark.sweep  # `make test` sails it with a wrong model, below
+@pytest.mark.parametrize("seed", range(10))
 def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("mission_square", tmp_path, seed, wind="2")
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
@@ -56,7 +57,8 @@ def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
     assert metrics["time_s"] < 200.0
 
 
-@pytest.mark.parametrize("seed", seeds(1, 4))
+@pytest.mark.sweep  # `make test` sails it with a wrong model, below
+@pytest.mark.parametrize("seed", range(4))
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("hold", tmp_path, seed, wind="2", time="60")
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
@@ -80,12 +82,14 @@ def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
 
 @pytest.mark.parametrize("error", ["-0.4", pytest.param("0.4", marks=pytest.mark.sweep)])
 def test_hold_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
-    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error, time="60")
+    metrics = sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error, time="60")
+    assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
-@pytest.mark.parametrize("error", ["-0.4", "0.4"])
+@pytest.mark.parametrize("error", [pytest.param("-0.4", marks=pytest.mark.sweep), "0.4"])
 def test_mission_square_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
-    sail("mission_square", tmp_path, 2, wind="2", current="0.1", model_error=error, side="14")
+    metrics = sail("mission_square", tmp_path, 2, wind="2", current="0.1", model_error=error, side="14")
+    assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
 
 
 NAVIGATION = [("gnss_dropout", "holding"), ("gnss_dropout", "sailing"), ("wild_points", ""), ("lever_arm", "")]
@@ -116,7 +120,7 @@ TOP_MPS = 0.987  # ReVolt, 50 N over 50.66 Ns/m
 
 @pytest.mark.parametrize("current", ["0.5@60"])
 def test_square_in_a_current(tmp_path: Path, current: str) -> None:
-    metrics = sail("cross_current", tmp_path, 1, current=current, side="20")
+    metrics = sail("cross_current", tmp_path, 1, current=current, side="14")
     assert metrics["waypoints_reached"] == 4 and metrics["declared_unable"] == 0 and metrics["largest_turn_deg"] < 270.0
 
 
@@ -128,7 +132,7 @@ def test_a_leg_that_cannot_be_made_is_declared(tmp_path: Path) -> None:
 
 
 def test_rerouted_without_a_jump(tmp_path: Path) -> None:
-    sail("reroute", tmp_path, 1)
+    sail("reroute", tmp_path, 1, "blueboat")  # of all boats the first at its end
 
 
 @pytest.mark.sweep

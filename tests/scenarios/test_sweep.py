@@ -15,7 +15,7 @@ from sitl.sweep.sailing import sail_all
 
 def test_the_command_of_a_row_gives_the_figures_of_the_row(tmp_path: Path) -> None:
     taken: list[Row] = []
-    run = Run("lever_arm", "revolt", 5, (("wind", "3"),), faults=("imu_lost@20+2",))
+    run = Run("hold", "revolt", 5, (("time", "15"), ("wind", "3")), faults=("imu_lost@20+2",))
     workers = LocalWorkers(1, sail, tmp_path)
     try:
         sail_all([(key_of(run), run)], workers, taken.append, lambda what: False)

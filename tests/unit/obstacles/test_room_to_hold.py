@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 from dataclasses import replace
 
@@ -68,17 +69,18 @@ def test_once_it_backs_out_it_goes_on_until_it_has_all_the_room() -> None:
 
 
 def test_where_no_way_leads_on_the_boat_stops_with_room_to_hold() -> None:
-    ring = [(20.0 * math.cos(a), 20.0 * math.sin(a), 1.0) for a in np.linspace(0.0, math.tau, 60, endpoint=False)]
-    stopped_m = []
-    for config in (SKIFF, OTTER):
-        bridge, mode = Bridge(*ring, config=config), Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
-        bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
-        stopped_m.append(next(x for x in np.arange(0.0, 19.0, 0.1) if _stands(bridge, mode, float(x))))
-    assert stopped_m[1] - stopped_m[0] == pytest.approx(0.5 * CIRCLE_M, abs=0.3)
+    skiff_m, otter_m = (
+        0.1 * bisect.bisect_left(range(190), True, key=lambda tenth: _stands_in_a_ring(config, 0.1 * tenth))
+        for config in (SKIFF, OTTER)
+    )
+    assert otter_m - skiff_m == pytest.approx(0.5 * CIRCLE_M, abs=0.3)
 
 
-def _stands(bridge: Bridge, mode: Sailing, north_m: float) -> bool:
+def _stands_in_a_ring(config: VesselConfig, north_m: float) -> bool:
     """Whether the boat at that place, at rest, is not sent on."""
+    ring = [(20.0 * math.cos(a), 20.0 * math.sin(a), 1.0) for a in np.linspace(0.0, math.tau, 60, endpoint=False)]
+    bridge, mode = Bridge(*ring, config=config), Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
     for _ in range(4):
         got = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6, north_m=north_m)
     return isinstance(got, WrenchSetpoint) or (isinstance(got, PathSetpoint) and got.surge_mps < 0.1)
