@@ -125,7 +125,7 @@ class World:
             assert boat.now_s - self.own_fix_s <= 1.0
 
 
-@settings(deadline=None, derandomize=True, max_examples=80)
+@settings(deadline=None, derandomize=True, max_examples=50)
 @given(
     st.lists(st.tuples(steps, st.integers(1, 40)), min_size=5, max_size=40),
     st.integers(1, 4),

@@ -34,7 +34,14 @@ def test_there_is_one_of_each_kind() -> None:
 
 # the others are begun in every run and sailed to their end in the sweep
 QUICK = ("trondheim_square.plan",)
-LONG = ("aboat_island.plan", "aboat_route_1.plan", "aboat_route_2.plan", "aboat_route_3.plan", "aboat_route_4.plan")
+LONG = (
+    "orbits.plan",
+    "aboat_island.plan",
+    "aboat_route_1.plan",
+    "aboat_route_2.plan",
+    "aboat_route_3.plan",
+    "aboat_route_4.plan",
+)
 
 
 def vessel_of(path: Path) -> str:
@@ -86,7 +93,7 @@ def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", [path for path in FILES if path.name not in QUICK], ids=lambda path: path.name)
 def test_is_begun(path: Path, tmp_path: Path) -> None:
-    """To its second place, or 12 s on the way there where that is 50 m and more."""
+    """To its second place, or 12 s on the way there where that is long."""
     desk = loaded(path, tmp_path)
     first_s = math.inf
 

@@ -28,6 +28,7 @@ def test_a_route_in_wind_and_current_and_its_picture(tmp_path: Path) -> None:
     assert (tmp_path / "route.png").stat().st_size > 20_000
 
 
+@pytest.mark.sweep
 def test_the_thesis_law_is_much_further_off(tmp_path: Path) -> None:
     """What it sailed with stands in the manifest: both laws of that name are the thesis's."""
     metrics = sail(tmp_path, 1, route="2", law="thesis", **WINDY).metrics

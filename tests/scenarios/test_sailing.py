@@ -34,6 +34,7 @@ def test_it_stays_inside_the_fence_beside_a_beat_and_in_hold(tmp_path: Path, see
     assert min(margin.value for margin in outcome.margins if margin.name == "fence") > 0.0
 
 
+@pytest.mark.sweep
 def test_a_wing_sail_beats_and_holds(tmp_path: Path) -> None:
     boat = tmp_path / "wingbot.toml"
     boat.write_text(wing(), encoding="utf-8")
