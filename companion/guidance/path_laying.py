@@ -19,10 +19,16 @@ _STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten sam
 # where a wider swing costs little way and saves much thrust.
 _SWING_S, _SHARP_SWING_S = 4.2, 6.5
 _SQUARE_RAD, _SHARP_RAD = math.radians(90.0), math.radians(130.0)
-_THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
+_SWING_BEND_S = 0.55  # radius of the tightest bend in a swing through a right angle, over the leg's speed
+THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and mean wind that are worth a new plan
 
 Place = tuple[float, float]
+
+
+def swing_bend_1pm(speed_mps: float) -> float:
+    """The curvature of the tightest bend in a swing through a right angle, on legs of that speed."""
+    return 1.0 / (_SWING_BEND_S * speed_mps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +146,10 @@ class TrackShape:
             track = Track(path, points, radii, self.widest_m, swings)
         ends = track.waypoint_s_m[len(begin) : len(begin) + len(waypoints)]
         plan = None if self.terms is None else self.terms.plan(track, ends, waypoints, stop_at_end)
-        return LaidTrack(joint, track, (*begin, *waypoints), tuple(waypoints), ends, stop_at_end, self.terms, plan)
+        points_to_sail = (*begin, *waypoints)
+        return LaidTrack(
+            joint, track, points_to_sail, tuple(waypoints), ends, stop_at_end, self.through, self.terms, plan
+        )
 
     def acceptance_m(self, waypoint: Waypoint) -> float:
         """The radius within which a waypoint counts as passed."""
@@ -149,7 +158,7 @@ class TrackShape:
 
     def _corner_m(self, waypoint: Waypoint) -> float:
         """How near to a waypoint the track passes."""
-        return _THROUGH_M if self._passes_through(waypoint) else self.acceptance_m(waypoint)
+        return THROUGH_M if self._passes_through(waypoint) else self.acceptance_m(waypoint)
 
     def _swing_m(self, waypoint: Waypoint, turn_rad: float) -> float:
         """The widest window of the swing through a waypoint; 0: the corner is only cut."""
@@ -167,7 +176,7 @@ class TrackShape:
 @dataclass(frozen=True, slots=True, eq=False)
 class LaidTrack:
     """A track and what it was laid for. `points`: of the track, up to the last waypoint; `ends_s_m`: arc length abeam
-    of each waypoint."""
+    of each waypoint. `through`: as in its `TrackShape`."""
 
     joint: Joint
     track: Track
@@ -175,6 +184,7 @@ class LaidTrack:
     waypoints: tuple[Waypoint, ...]
     ends_s_m: tuple[float, ...]
     stop_at_end: bool
+    through: bool
     terms: PlanTerms | None
     plan: PathPlan | None
 

@@ -23,7 +23,16 @@ from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint
-from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, TrackShape
+from companion.guidance.path_laying import (
+    CONTEXT,
+    THROUGH_M,
+    FromBoat,
+    FromTrack,
+    LaidTrack,
+    Onward,
+    TrackShape,
+    swing_bend_1pm,
+)
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.rounding_up import RoundingUp
 from companion.guidance.speed_profile import BendLimits, SpeedProfile
@@ -45,6 +54,9 @@ _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 # Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
 # and current.
 _INSIDE = 0.5
+# Of the leg's speed, that a boat turned by the moment of its thrusters must keep in the bend of a swing: one that turns
+# slower is carried off there.
+_KEPT_IN_SWING = 0.35
 _PREVIEW_S = 0.5  # lag of the speed loop
 # Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
 # and back within a bend, and is carried off meanwhile.
@@ -160,7 +172,7 @@ class PathTracker:
             kind=PathKind(int(parameters["PATH_KIND"])),
             radius_m=parameters["NAV_ACC_RAD"],
             widest_m=self._widest_m(),
-            through=self._plans and parameters["WP_CORNER"] == _THROUGH,
+            through=parameters["WP_CORNER"] == _THROUGH and (self._plans or self._swings),
             cruise_mps=parameters["WP_SPEED"],
             terms=None if nav is None or self._motion is None or not self._plans else self._motion.terms(nav),
         )
@@ -262,6 +274,14 @@ class PathTracker:
         parameters = self._parameters
         return self._agility is not None and parameters["PATH_EFFORT"] > 0.0 and parameters["PATH_CTRL"] != _REGULATOR
 
+    @property
+    def _swings(self) -> bool:
+        """Whether a boat without a plan turns fast enough to swing through a waypoint."""
+        bends, cruise_mps = self._turning.bends, self._parameters["WP_SPEED"]
+        if self._agility is not None or bends is None:
+            return False
+        return bends.at(swing_bend_1pm(cruise_mps)) >= _KEPT_IN_SWING * cruise_mps
+
     # --- the place on the track ---
 
     def _radius(self, waypoint: Waypoint) -> float:
@@ -309,12 +329,18 @@ class PathTracker:
     def _earliest_s(self) -> float:
         """How early a turn may begin. A boat that nothing pushes sideways, and whose thrusters turn it at once, passes
         a corner inside by r U t²/2 if it turns t early at the rate r: no more than a share of the radius that the plan
-        gives."""
-        radius_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].radius_m
-        if self._turning.bends is None or radius_m is None or radius_m <= 0.0:
+        gives, and little where the boat swings through."""
+        if self._turning.bends is None:
+            return math.inf
+        given_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].radius_m
+        if given_m is not None and given_m > 0.0:
+            inside_m = _INSIDE * given_m
+        elif self._laid is not None and self._laid.through:
+            inside_m = THROUGH_M
+        else:
             return math.inf
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return math.sqrt(2.0 * _INSIDE * radius_m / (rate * max(self._speed, self._creep_mps())))
+        return math.sqrt(2.0 * inside_m / (rate * max(self._speed, self._creep_mps())))
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat has passed the line across the track at the last waypoint."""
