@@ -334,13 +334,13 @@ class PathTracker:
             return math.inf
         given_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].radius_m
         if given_m is not None and given_m > 0.0:
-            inside_m = _INSIDE * given_m
+            radius_m = given_m
         elif self._laid is not None and self._laid.through:
-            inside_m = THROUGH_M
+            radius_m = THROUGH_M
         else:
             return math.inf
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return math.sqrt(2.0 * inside_m / (rate * max(self._speed, self._creep_mps())))
+        return math.sqrt(2.0 * _INSIDE * radius_m / (rate * max(self._speed, self._creep_mps())))
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat has passed the line across the track at the last waypoint."""

@@ -64,7 +64,7 @@ ROWS: tuple[ParamSpec, ...] = (
         1,
         {0: "Round it within NAV_ACC_RAD", 1: "Pass through the point"},
         "Path",
-        "Path at a waypoint without an acceptance radius of its own, for a boat with sideways thrust",
+        "Path at a waypoint without an acceptance radius of its own, where the boat turns well enough to swing",
     ),
     choice(
         "PATH_CTRL",

@@ -566,3 +566,24 @@ def test_a_turn_begins_no_earlier_than_keeps_the_radius_that_the_plan_gives(vess
     early_s = (20.0 - north_m) / speed_mps
     inside_m = 0.5 * math.radians(parameters["PATH_YAW_RATE"]) * speed_mps * early_s**2
     assert inside_m <= radius_m
+
+
+@pytest.mark.parametrize(
+    ("vessel", "swings"), [("blueboat", True), ("heron", True), ("otter", False), ("wamv16", False)]
+)
+def test_a_boat_that_turns_fast_swings_through_a_waypoint_without_a_radius(vessel: str, swings: bool) -> None:
+    """Boats without sideways thrust cut it by up to NAV_ACC_RAD. One that turns slowly still does: it would be carried
+    off in the bend of the swing."""
+    config = load(find(vessel))
+    parameters = Parameters({**config.parameters, "PATH_KIND": 0})
+    guide = PathTracker(parameters, can_sway=False, turning=turning_of(config, on_the_spot=True))
+    assert (_miss_m(guide) < 0.2) is swings
+    parameters.set("WP_CORNER", 0)
+    assert _miss_m(guide) > 0.5
+    assert _miss_m(guide, radius_m=0.4) < 0.4, "its own radius counts"
+
+
+def _miss_m(guide: PathTracker, radius_m: float | None = None) -> float:
+    """How near the track of a right angle passes its corner."""
+    guide.start([Waypoint(20.0, 0.0, radius_m), Waypoint(20.0, 20.0)], nav_state())
+    return min(math.dist(place, (20.0, 0.0)) for leg in guide.legs for place in leg)
