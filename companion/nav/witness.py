@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeGuard
 
 from companion.core.angles import wrap_pi
+from companion.core.decision import TextKind
 from companion.core.events import Announce
+from companion.core.plausible_time import is_plausible, year_of
 from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, MagneticField, TimeOfDay, Wind
 from companion.nav.current import CurrentObserver
 from companion.nav.headings import Measured
@@ -30,6 +33,7 @@ from companion.nav.outliers import Verdict
 from companion.nav.solution import Motion, Place
 from companion.params.store import Parameters
 
+_ALMANAC_S = 60.0  # how long a receiver may have a wrong time after it was switched on
 _FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
 
 
@@ -39,7 +43,10 @@ class Witness:
 
     def __init__(self, parameters: Parameters, say: Announce) -> None:
         self.monitor = IntegrityMonitor(parameters, say)
+        self._say = say
         self._evidence = Evidence()
+        self._dated: set[str] = set()  # receivers that have told a time that can be
+        self._implausible_s: dict[str, float] = {}  # by receiver: since when its time cannot be; infinite once told
 
     def trusts(self, sense: Sense, source: str) -> bool:
         """Whether that sense of that source is used."""
@@ -69,9 +76,23 @@ class Witness:
         return self.monitor.trusts(Sense.WIND, wind.source)
 
     def time(self, time: TimeOfDay) -> bool:
-        """Note an absolute time; whether it may be used."""
+        """Note an absolute time; whether it may be used. One that cannot be now is not. A receiver that has told no
+        other, since it has no almanac, is no liar; it is announced once that has lasted."""
+        plausible = is_plausible(time.time_unix_ns)
+        if plausible:
+            self._dated.add(time.source)
+        elif time.source not in self._dated:
+            self._announce_implausible(time)
+            return False
         self._evidence.times.append(time)
-        return self.monitor.trusts(Sense.TIME, time.source)
+        return plausible and self.monitor.trusts(Sense.TIME, time.source)
+
+    def _announce_implausible(self, time: TimeOfDay) -> None:
+        since_s = self._implausible_s.setdefault(time.source, time.t_s)
+        if time.t_s - since_s >= _ALMANAC_S:
+            self._implausible_s[time.source] = math.inf
+            text = f"{time.source} says year {year_of(time.time_unix_ns)}: time not used"
+            self._say(time.t_s, TextKind.ATTENTION, "time_implausible", text)
 
     def position(
         self,
