@@ -15,6 +15,7 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 
 from sitl.sweep.plan import Run
@@ -85,6 +86,7 @@ class _Place:
     def __init__(self) -> None:
         context = multiprocessing.get_context("forkserver")  # imports once; a fork of ours would inherit its threads
         context.set_forkserver_preload(_IMPORTED_ONCE)
+        _start_server()
         self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_end_with_the_sweep)
         self._pid = self.executor.submit(os.getpid)
 
@@ -93,6 +95,17 @@ class _Place:
         with contextlib.suppress(BrokenProcessPool, ProcessLookupError):
             os.kill(self._pid.result(), signal.SIGKILL)
         self.executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _start_server() -> None:
+    """Start the process from which workers are forked, if there is none yet. Ctrl-C reaches it, too, and it takes no
+    notice only once it has imported all: so it and its workers begin with that signal blocked."""
+    resource_tracker.ensure_running()  # it would unblock the signal
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_with_the_sweep() -> None:

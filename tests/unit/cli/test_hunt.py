@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from companion.analysis.capability import Capability
+from companion.cli.crew import sail_to_the_end
 from companion.cli.hunt import FINDINGS, BoatStrength, hunt
 from companion.cli.main import argument_parser, main
 from companion.config.vessel import VesselConfig, find, load
@@ -80,3 +85,34 @@ def test_strength_is_what_capability_says() -> None:
     otter = BoatStrength(load(find("otter")))
     assert otter.wind_mps(0.0, frozenset()) > 8.0, "its bow lies in the wind"
     assert otter.wind_mps(0.0, frozenset({"port"})) == 0.0, "one fixed thruster drives it in circles"
+
+
+def test_ctrl_c_ends_a_hunt_with_130_also_while_it_asks_what_the_boat_holds() -> None:
+    before = [(number, signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)]
+
+    def task(interrupted: Callable[[], bool]) -> int:
+        assert not interrupted()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert interrupted()
+        with pytest.raises(KeyboardInterrupt):
+            BoatStrength(load(find("revolt")), interrupted).wind_mps(0.0, frozenset())
+        return 0
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sail_to_the_end(argument_parser().parse_args(["hunt", "hold"]), task)
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)
+
+
+def test_ctrl_c_does_not_reach_the_process_from_which_workers_are_forked() -> None:
+    """It would print a traceback while it imports."""
+    script = (
+        "import signal; from multiprocessing import forkserver; from sitl.sweep import local; local._start_server();"
+        "print(open(f'/proc/{forkserver._forkserver._forkserver_pid}/status').read());"
+        "print('ours', signal.pthread_sigmask(signal.SIG_BLOCK, ()))"
+    )
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    blocked = next(line.split()[1] for line in said.splitlines() if line.startswith("SigBlk"))
+    assert int(blocked, 16) & 1 << (signal.SIGINT - 1) and "ours set()" in said
