@@ -138,8 +138,13 @@ def judge_log_folder(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        why = _NO_LOG.get(error.errno or 0, f"{error.strerror or error}; choose another folder by --log")
-        raise UsageError(f"no log can be written in {folder}: {why}") from error
+        raise no_log(folder, error) from error
+
+
+def no_log(folder: Path, error: OSError) -> UsageError:
+    """What to say where no log can be written in `folder`."""
+    why = _NO_LOG.get(error.errno or 0, f"{error.strerror or error}; choose another folder by --log")
+    return UsageError(f"no log can be written in {folder}: {why}")
 
 
 def complain(text: str) -> None:
