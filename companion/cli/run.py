@@ -182,6 +182,8 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--duration {arguments.duration:g}: must be above 0")
     if arguments.log_limit is not None and arguments.log_limit < 1:
         raise UsageError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
+    if arguments.control and arguments.console is None:
+        raise UsageError("--control needs --console: it lets that page command the boat")
     if arguments.sitl and arguments.devices is not None:
         raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
     simulated = arguments.sitl or arguments.devices is not None

@@ -28,6 +28,12 @@ from tests.waiting import CAP_S, wait_until
                 options={"parity": "even"},
             ),
         ),
+        (
+            "serial:/dev/serial/by-path/platform-fd500000.pcie-usb-0:1.2:1.0-port0",
+            PortUrl(
+                "serial", path="/dev/serial/by-path/platform-fd500000.pcie-usb-0:1.2:1.0-port0", baud=115200
+            ),
+        ),
         ("udpout:192.168.1.20:14550", PortUrl("udpout", host="192.168.1.20", port=14550)),
         ("udpin:0.0.0.0:0", PortUrl("udpin", host="0.0.0.0")),
         (
@@ -49,6 +55,14 @@ def test_parse(text: str, endpoint: PortUrl) -> None:
         ("bluetooth:x:1", "should begin with one of"),
         ("serial:", "serial:/dev/name:baud"),
         ("serial:/dev/x:7", "baud rate 7"),
+        ("/dev/ttyUSB0:9600", "did you mean 'serial:/dev/ttyUSB0:9600'?"),
+        ("serial:ttyUSB0:115200", "serial:/dev/name:baud"),
+        ("serial:/dev/ttyUSB0:115k", "serial:/dev/name:baud"),
+        ("serial:/dev/ttyUSB0:115200 baud", "serial:/dev/name:baud"),
+        ("serial:/dev/ttyUSB0:9600:8N1", "serial:/dev/name:baud"),
+        ("serial:/dev/ttyUSB0:", "serial:/dev/name:baud"),
+        ("udpot:host:1", "did you mean 'udpout'?"),
+        ("tcp:host:1", "tcpout: sends to that address, tcpin: listens there"),
         ("udpout:14550", "udpout:host:port"),
         ("udpout:host:http", "udpout:host:port"),
         ("tcpin:host:70000", "port 70000"),
