@@ -76,7 +76,8 @@ class StateFile:
             directory.mkdir(parents=True, exist_ok=True)
             self._hold()
         except OSError as error:
-            self.on_warning(f"state directory {directory}: {error.strerror}; nothing is stored over a restart")
+            why = f"{error.strerror}; nothing is stored over a restart"
+            self.on_warning(f"state directory {directory}: {why}; choose another by --state")
 
     @property
     def writer(self) -> Writer:

@@ -28,6 +28,7 @@ from companion.cli.main import argument_parser, main
         (("run", "revolt", "--sitl", "--fault", "gnss_lots@5"), "did you mean 'gnss_lost'?"),
         (("run", "revolt", "--sitl", "--home", "63,4"), "write LAT,LON,HEADING_DEG"),
         (("sitl", "revolt", "--speed", "0"), "above 0"),
+        (("run", "revolt", "--sitl", "--console", "99999"), "--console 99999: 0 to 65535"),
         (("run", "revolt", "--sitl", "--control"), "--control needs --console"),
         (("run", "revolt", "--sitl", "--wind", "5 m/s"), "write MPS@DEG, as 2@45, or MPS alone, without a unit"),
         (("run", "revolt", "--sitl", "--link", "udp:127.0.0.1:1"), "udpout: sends to that address, udpin: listens"),
