@@ -81,6 +81,7 @@ def add_to(commands: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     _check_arguments(arguments)
+    _tell_of_no_devices(arguments.devices)
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
@@ -182,20 +183,27 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--duration {arguments.duration:g}: must be above 0")
     if arguments.log_limit is not None and arguments.log_limit < 1:
         raise UsageError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
-    if arguments.console is not None and not 0 <= arguments.console <= 65535:
-        raise UsageError(f"--console {arguments.console}: 0 to 65535")
-    if arguments.control and arguments.console is None:
-        raise UsageError("--control needs --console: it lets that page command the boat")
     if arguments.sitl and arguments.devices is not None:
         raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
-    if arguments.devices is not None and not arguments.devices.is_dir():
-        complain(f"--devices {arguments.devices}: no such folder yet; a `companion sitl` makes it, and prints its name")
     simulated = arguments.sitl or arguments.devices is not None
     for flag in () if arguments.sitl else ("wind", "current", "waves", "water", "plant", "fault"):
         if getattr(arguments, flag):
             reason = "belongs to `companion sitl`" if simulated else "needs --sitl: a real boat has its own weather"
             raise UsageError(f"--{flag} {reason}")
     _check_time(arguments, simulated)
+    _check_console(arguments)
+
+
+def _check_console(arguments: argparse.Namespace) -> None:
+    if arguments.console is not None and not 0 <= arguments.console <= 65535:
+        raise UsageError(f"--console {arguments.console}: 0 to 65535")
+    if arguments.control and arguments.console is None:
+        raise UsageError("--control needs --console: it lets that page command the boat")
+
+
+def _tell_of_no_devices(folder: Path | None) -> None:
+    if folder is not None and not folder.is_dir():
+        complain(f"--devices {folder}: no such folder yet; a `companion sitl` makes it, and prints its name")
 
 
 def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:

@@ -317,15 +317,18 @@ def _economy(config: VesselConfig) -> Iterator[Judgement]:
 
 def _ports(config: VesselConfig) -> Iterator[Judgement]:
     """Serial ports that the system numbers in the order in which it finds them."""
-    for table, rows in (("sensor", config.sensors), ("actuator", config.actuators)):
-        for i, row in enumerate(rows):
-            path = row.port.removeprefix("serial:").partition(":")[0].partition("?")[0]
-            if _NUMBERED.fullmatch(path):
-                yield Judgement(
-                    (table, i, "port"),
-                    f"'{row.name}' at {path}: that number changes with the order of plugging in",
-                    "Two devices may change places. `companion devices` prints names that stay",
-                )
+    rows = [
+        *(("sensor", i, sensor.name, sensor.port) for i, sensor in enumerate(config.sensors)),
+        *(("actuator", i, bridge.name, bridge.port) for i, bridge in enumerate(config.actuators)),
+    ]
+    for table, i, name, port in rows:
+        path = port.removeprefix("serial:").partition(":")[0].partition("?")[0]
+        if _NUMBERED.fullmatch(path):
+            yield Judgement(
+                (table, i, "port"),
+                f"'{name}' at {path}: that number changes with the order of plugging in",
+                "Two devices may change places. `companion devices` prints names that stay",
+            )
 
 
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (

@@ -47,8 +47,8 @@ class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
     Every save returns a ticket at once. Remembers parameters of other versions, so that they are still there when that
-    version runs again, and what it has loaded, in case somebody removes the directory. `on_warning` receives problems of saving, and of the constructor; `on_good_news` that they are
-    over.
+    version runs again, and what it has loaded, in case somebody removes the directory. `on_warning` receives problems
+    of saving, and of the constructor; `on_good_news` that they are over.
     """
 
     def __init__(

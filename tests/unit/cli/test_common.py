@@ -82,7 +82,9 @@ def test_results_of_long_work_are_refused_before_it_where_they_cannot_be_written
     (tmp_path / "file").touch()
     words = [command, str(log), "--out", str(out / "report.html" if command == "report" else out)]
     assert main(words) == 2
-    said = f"companion: nothing can be written in {out}: part of it is a file, not a folder; choose another one by --out"
+    said = (
+        f"companion: nothing can be written in {out}: part of it is a file, not a folder; choose another one by --out"
+    )
     assert said in capsys.readouterr().err
 
 

@@ -88,7 +88,9 @@ def test_strength_is_what_capability_says() -> None:
 
 
 def test_ctrl_c_ends_a_hunt_with_130_also_while_it_asks_what_the_boat_holds() -> None:
-    before = [(number, signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)]
+    before = [
+        (number, signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)
+    ]
 
     def task(interrupted: Callable[[], bool]) -> int:
         assert not interrupted()

@@ -136,7 +136,9 @@ def test_a_jump_of_the_receivers_time_changes_neither_the_time_nor_the_motion(of
     """Hours, a week's number of ten bits, and the year 9948."""
 
     def ahead(reading: Reading, age_s: float) -> Reading:
-        return replace(reading, time_unix_ns=reading.time_unix_ns + off_ns) if isinstance(reading, TimeOfDay) else reading
+        return (
+            replace(reading, time_unix_ns=reading.time_unix_ns + off_ns) if isinstance(reading, TimeOfDay) else reading
+        )
 
     off_ns, boat, honest = off_s * 10**9, afloat(), afloat()
     for row in (*boat.rows, *honest.rows):

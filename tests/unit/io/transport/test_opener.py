@@ -30,9 +30,7 @@ from tests.waiting import CAP_S, wait_until
         ),
         (
             "serial:/dev/serial/by-path/platform-fd500000.pcie-usb-0:1.2:1.0-port0",
-            PortUrl(
-                "serial", path="/dev/serial/by-path/platform-fd500000.pcie-usb-0:1.2:1.0-port0", baud=115200
-            ),
+            PortUrl("serial", path="/dev/serial/by-path/platform-fd500000.pcie-usb-0:1.2:1.0-port0", baud=115200),
         ),
         ("udpout:192.168.1.20:14550", PortUrl("udpout", host="192.168.1.20", port=14550)),
         ("udpin:0.0.0.0:0", PortUrl("udpin", host="0.0.0.0")),
