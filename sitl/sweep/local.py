@@ -15,9 +15,10 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import forkserver, resource_tracker
+from multiprocessing import forkserver
 from pathlib import Path
 
+from sitl.sweep.interrupts import held_back
 from sitl.sweep.plan import Run
 from sitl.sweep.rows import Row
 from sitl.sweep.sailing import Died, Sail, sailed
@@ -86,7 +87,8 @@ class _Place:
     def __init__(self) -> None:
         context = multiprocessing.get_context("forkserver")  # imports once; a fork of ours would inherit its threads
         context.set_forkserver_preload(_IMPORTED_ONCE)
-        _start_server()
+        with held_back():
+            forkserver.ensure_running()
         self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_end_with_the_sweep)
         self._pid = self.executor.submit(os.getpid)
 
@@ -95,17 +97,6 @@ class _Place:
         with contextlib.suppress(BrokenProcessPool, ProcessLookupError):
             os.kill(self._pid.result(), signal.SIGKILL)
         self.executor.shutdown(wait=False, cancel_futures=True)
-
-
-def _start_server() -> None:
-    """Start the process from which workers are forked, if there is none yet. Ctrl-C reaches it, too, and it takes no
-    notice only once it has imported all: so it and its workers begin with that signal blocked."""
-    resource_tracker.ensure_running()  # it would unblock the signal
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_with_the_sweep() -> None:
