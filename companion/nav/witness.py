@@ -105,7 +105,7 @@ class Witness:
         """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
-        way = _way(solution, here, fix.t_s) if _feels(solution, fix.t_s) else None
+        way = _way(solution, fix.t_s) if _feels(solution, fix.t_s) else None
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
             here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, way,
@@ -171,14 +171,14 @@ class Witness:
         return list(self.monitor.update(evidence, now_s))
 
 
-def _way(solution: InertialSolution, here: Place, t_s: float) -> InertialWay:
-    """The way of the boat's origin, up to a time just before or after the last sample."""
+def _way(solution: InertialSolution, t_s: float) -> InertialWay:
+    """The way of the boat's origin, up to a time just before or after the last sample. What receivers are off by is
+    none of it: it changes at once where the filter learns of it."""
     odometer, filter_, ahead_s = solution.odometer, solution.filter, t_s - solution.t_s
-    arm_north = filter_.position[0] - here.north_m + ahead_s * here.north_mps
-    arm_east = filter_.position[1] - here.east_m + ahead_s * here.east_mps
+    arm = solution.offset(solution.lever_m)
     return InertialWay(
-        odometer.north_m + ahead_s * odometer.north_mps - arm_north,
-        odometer.east_m + ahead_s * odometer.east_mps - arm_east,
+        odometer.north_m + ahead_s * odometer.north_mps - arm.north_m,
+        odometer.east_m + ahead_s * odometer.east_mps - arm.east_m,
         filter_.velocity[0] - odometer.north_mps,
         filter_.velocity[1] - odometer.east_mps,
     )
