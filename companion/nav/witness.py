@@ -30,7 +30,7 @@ from companion.nav.integrity.monitor import IntegrityMonitor
 from companion.nav.lever_arms import Vector
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import Verdict
-from companion.nav.solution import Motion, Place
+from companion.nav.solution import Motion
 from companion.params.store import Parameters
 
 _ALMANAC_S = 60.0  # how long a receiver may have a wrong time after it was switched on

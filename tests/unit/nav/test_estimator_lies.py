@@ -12,7 +12,7 @@ from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, Reading, TimeOfDay
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, Imu, Reading, TimeOfDay
 from companion.nav.estimator import Estimator
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
@@ -159,6 +159,29 @@ def test_a_receiver_without_an_almanac_gives_no_time_and_is_told_once_it_has_las
     assert not witness.monitor.state
     assert witness.time(TimeOfDay(100.0, "gnss", NOON_NS))
     assert not witness.time(TimeOfDay(101.0, "gnss", in_2006_ns)), "however it came about"
+
+
+@pytest.mark.parametrize(
+    ("off_m", "kind", "sigma_m"),
+    [(20.0, FixType.RTK_FIXED, 0.03), (200.0, FixType.FIX_3D, 1.35), (1_700_000.0, FixType.FIX_3D, 1.35)],
+)
+def test_a_second_receiver_elsewhere_makes_no_liar_of_the_one_in_use(
+    off_m: float, kind: FixType, sigma_m: float
+) -> None:
+    """A plotter in demonstration mode says that it is in another country. When both were told to be apart, the estimate
+    took what the blend then expected of them for a way of the boat: the good receiver had jumped, and was left out."""
+    boat = Afloat({})
+    receiver, *rest = config_of(DRIFTING).sensors
+    config = replace(config_of(DRIFTING), sensors=(receiver, *rest, replace(receiver, name="plotter")))
+    boat.estimator = Estimator(config, Parameters(), boat._say)
+    lat_deg = config.home.lat_deg - off_m / 111_200.0
+    for row in boat.rows[::20]:
+        fix = GnssFix(row[0].t_s, "plotter", lat_deg, config.home.lon_deg, 45.0, kind, 8, 0.9, sigma_m)
+        row.append(fix)
+    boat.go(30.0)
+    (said,) = boat.said[1:]
+    assert said.startswith("plotter position is ") and said.endswith(" m from gnss: used on")
+    assert boat.estimator.sources["position"] == "gnss" and boat.off()[0] < 0.1
 
 
 def test_carried_for_so_long_then_the_position_is_lost() -> None:
