@@ -67,6 +67,8 @@ def parse_wind(text: str) -> tuple[float, float | None, str]:
     """`6@45/npd` → (6 m/s, 45° in radians, "npd"); without a direction None, without a spectrum "". Raises
     ConfigError."""
     wind, slash, name = text.partition("/")
+    if name.strip() == "s":
+        raise ConfigError([f"wind '{text}': write MPS@DEG, as 2@45, or MPS alone, without a unit"])
     if slash and name not in SPECTRA:
         raise ConfigError(
             [f"wind '{text}': gusts by {', '.join(SPECTRA)}, as 6@45/npd, or nothing behind the direction"]

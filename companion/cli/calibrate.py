@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.analysis.log_reader import open_log
-from companion.cli.common import add_time_span, print_warnings
+from companion.cli.common import add_time_span, judge_out_folder, print_warnings
 
 
 def add_to(commands: Any) -> None:
@@ -27,8 +27,9 @@ def add_to(commands: Any) -> None:
 def _calibrate(arguments: argparse.Namespace) -> int:
     from companion.analysis.calibrate import calibrate
 
-    out = arguments.out or arguments.folder
-    found = calibrate(open_log(arguments.folder), out, arguments.sensor, arguments.from_s, arguments.to_s)
+    log, out = open_log(arguments.folder), arguments.out or arguments.folder
+    judge_out_folder(out)
+    found = calibrate(log, out, arguments.sensor, arguments.from_s, arguments.to_s)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")

@@ -122,24 +122,44 @@ def new_folder(directory: Path, name: str) -> Path:
     return folder
 
 
-_NO_LOG: Mapping[int, str] = {
-    errno.EACCES: "permission denied; `sudo chown $USER` gives it to you, or choose another folder by --log",
-    errno.EROFS: "the medium is read-only; mount it for writing, or choose another folder by --log",
-    errno.ENOSPC: "the medium is full; delete old logs (--log-limit does), or choose another folder by --log",
-    errno.ENOTDIR: "part of it is a file, not a folder; choose another folder by --log",
-    errno.EEXIST: "it is a file, not a folder; choose another folder by --log",
+_REMEDIES: Mapping[int, str] = {
+    errno.EACCES: "permission denied; `sudo chown $USER` gives it to you, or",
+    errno.EROFS: "the medium is read-only; mount it for writing, or",
+    errno.ENOSPC: "the medium is full; delete old logs (--log-limit does), or",
+    errno.ENOTDIR: "part of it is a file, not a folder;",
+    errno.EEXIST: "it is a file, not a folder;",
 }
 
 
 def judge_log_folder(folder: Path) -> None:
     """Make `folder`, where log folders will be made. Raises UsageError where nothing can be written there."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        _try(folder)
     except OSError as error:
-        why = _NO_LOG.get(error.errno or 0, f"{error.strerror or error}; choose another folder by --log")
-        raise UsageError(f"no log can be written in {folder}: {why}") from error
+        raise no_log(folder, error) from error
+
+
+def judge_out_folder(folder: Path) -> None:
+    """Make `folder`, in which results of long work will be written. Raises UsageError as `judge_log_folder`."""
+    try:
+        _try(folder)
+    except OSError as error:
+        raise UsageError(f"nothing can be written in {folder}: {_remedy(error)} choose another one by --out") from error
+
+
+def no_log(folder: Path, error: OSError) -> UsageError:
+    """What to say where no log can be written in `folder`."""
+    return UsageError(f"no log can be written in {folder}: {_remedy(error)} choose another folder by --log")
+
+
+def _try(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+
+
+def _remedy(error: OSError) -> str:
+    return _REMEDIES.get(error.errno or 0, f"{error.strerror or error};")
 
 
 def complain(text: str) -> None:

@@ -8,9 +8,10 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from companion.app import Surroundings, build
 from companion.cli.common import complain, driven_clock
@@ -174,20 +175,35 @@ def _compose_simulated(
     return vessel, clock
 
 
-class WhileThereIsSpace:
-    """Recorder of the simulation's own truth: where the medium takes no more, it ends with a word, and the boat sails
-    on as a real one does. In lockstep, where the truth is what counts, such an error ends the run."""
+class TruthRecorder(Recorder, Protocol):
+    """What keeps the simulation's own truth."""
 
-    def __init__(self, recorder: Recorder, name: str) -> None:
-        self._recorder: Recorder | None = recorder
+    def write(self) -> None:
+        """Write the present truth, without a tick."""
+        ...
+
+
+class WhileThereIsSpace:
+    """A `TruthRecorder`: where the medium takes no more, it ends with a word, and the boat sails on as a real one does.
+    In lockstep, where the truth is what counts, such an error ends the run."""
+
+    def __init__(self, recorder: TruthRecorder, name: str) -> None:
+        self._recorder: TruthRecorder | None = recorder
         self._name = name
 
     def record(self, tick: Tick) -> None:
         """Take one tick, as long as that is possible."""
+        self._take(lambda recorder: recorder.record(tick))
+
+    def write(self) -> None:
+        """Write the present truth, as long as that is possible."""
+        self._take(lambda recorder: recorder.write())
+
+    def _take(self, write: Callable[[TruthRecorder], None]) -> None:
         if self._recorder is None:
             return
         try:
-            self._recorder.record(tick)
+            write(self._recorder)
         except OSError as error:
             complain(f"{self._name} ends here: {error.strerror or error}; the boat sails on")
             self.close()

@@ -93,8 +93,17 @@ def _sailed(works: Sequence[_Work], out: Path, jobs: int) -> list[Run]:
     """The runs, from their files where these are of this commit."""
     if jobs == 1:
         return [_run(work, out) for work in works]
+    from sitl.sweep.interrupts import held_back
+
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
-        return list(pool.map(_run, works, (out for _ in works)))
+        try:
+            with held_back():
+                runs = pool.map(_run, works, (out for _ in works))
+            return list(runs)
+        except KeyboardInterrupt:
+            for worker in multiprocessing.active_children():
+                worker.kill()
+            raise
 
 
 def _run(work: _Work, out: Path) -> Run:

@@ -67,7 +67,8 @@ def _console(arguments: argparse.Namespace) -> int:
     except OSError as error:
         if error.errno != errno.EADDRINUSE:
             raise
-        raise UsageError(f"--port {arguments.port}: another program has it; choose another, or 0") from error
+        asked = f"--{'console' if arguments.beside else 'port'} {arguments.port}"
+        raise UsageError(f"{asked}: another program has it; choose another, or 0") from error
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:

@@ -35,16 +35,19 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def sail_to_the_end(arguments: argparse.Namespace, task: Callable[[Callable[[], bool]], int]) -> int:
-    """Returns what `task(interrupted)` returns, which Ctrl-C asks to end. Raises UsageError for a number that makes no
-    sense, and for what cannot be sailed."""
+    """Returns what `task(interrupted)` returns, which Ctrl-C asks to end; then that of a command that was ended. Raises
+    UsageError for a number that makes no sense, and for what cannot be sailed."""
     from sitl.sweep.rows import SweepError
 
     _check(arguments)
     interrupt = Interrupt()
     try:
-        return task(lambda: interrupt.received)
+        code = task(lambda: interrupt.received)
     except SweepError as error:
         raise UsageError(str(error)) from error
+    if interrupt.received:
+        raise KeyboardInterrupt
+    return code
 
 
 class Ending:

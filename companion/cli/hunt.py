@@ -60,8 +60,10 @@ class BoatStrength:
     """What `companion capability` says of a boat; a `sitl.hunt.box.Strength`. A boat without sideways thrust lies with
     its bow in the wind, so that direction counts."""
 
-    def __init__(self, config: VesselConfig) -> None:
+    def __init__(self, config: VesselConfig, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """`interrupted`: whether to end now, since this may take long: then KeyboardInterrupt is raised."""
         self._config = config
+        self._interrupted = interrupted
         self._winds: dict[tuple[float, frozenset[str]], float] = {}
 
     @property
@@ -85,6 +87,8 @@ class BoatStrength:
         return low * _STEP_MPS
 
     def _held_mps(self, current_mps: float, lost: frozenset[str]) -> float:
+        if self._interrupted():
+            raise KeyboardInterrupt
         try:
             found = capability(self._config, sorted(lost), current_mps, _DIRECTIONS)
         except ConfigError:
@@ -113,7 +117,7 @@ def hunt(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], bo
     arrow()
     scenario = _known(arguments.name)
     vessel = arguments.vessel or scenario.vessel
-    box = _box(arguments, scenario, vessel)
+    box = _box(arguments, scenario, vessel, interrupted)
     search = Search(box, arguments.seed, arguments.prop)
     name = scenario.name if vessel == scenario.vessel else f"{scenario.name}-{Path(vessel).stem}"
     folder = arguments.out or _HUNTS / name / commit()
@@ -127,7 +131,7 @@ def hunt(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], bo
     (folder / FINDINGS).write_text(
         json.dumps([finding.row() for finding in findings], indent=1) + "\n", encoding="utf-8"
     )
-    _tell(rows, findings)
+    _tell(rows, findings, "; interrupted: the same command goes on from here" if interrupted() else "")
     print(f"written: {folder / PARQUET}, {folder / FINDINGS}")
     return 1 if findings else 0
 
@@ -140,7 +144,7 @@ def _known(name: str) -> Scenario:
     return SCENARIOS[name]
 
 
-def _box(arguments: argparse.Namespace, scenario: Scenario, vessel: str) -> Box:
+def _box(arguments: argparse.Namespace, scenario: Scenario, vessel: str, interrupted: Callable[[], bool]) -> Box:
     """The box. Raises ConfigError for a vessel file with errors, UsageError for a boat that cannot do the scenario."""
     from sitl.hunt.box import Box
     from sitl.scenarios.safety import PROPERTIES
@@ -151,7 +155,7 @@ def _box(arguments: argparse.Namespace, scenario: Scenario, vessel: str) -> Box:
     refused = [text for ability in scenario.needs if (text := ability(config)) is not None]
     if refused:
         raise UsageError(f"{scenario.name} is not for {config.name}: {refused[0]}")
-    strength = BoatStrength(config)
+    strength = BoatStrength(config, interrupted)
     return Box(scenario, vessel, config, strength, faults=not arguments.no_faults, first_seed=arguments.first_seed)
 
 
@@ -233,12 +237,12 @@ class HuntProgress:
         print(f"FOUND {finding.prop} {finding.margin:.3f}: {finding.run.command}", flush=True)
 
 
-def _tell(rows: Sequence[Row], findings: Sequence[Finding]) -> None:
-    """What the hunt found, property by property."""
+def _tell(rows: Sequence[Row], findings: Sequence[Finding], over: str) -> None:
+    """What the hunt found, property by property. `over`: why it ended early."""
     from sitl.hunt.search import counts, margins_of, nearest
 
     near = nearest(rows)
-    print(f"{len(rows)} runs")
+    print(f"{len(rows)} runs{over}")
     for prop, (bad, having) in counts(rows).items():
         print(f"{prop}: {bad} of {having} runs violate it; nearest {margins_of(near[prop])[prop]:.3f}")
         print(f"  {near[prop].run.command}")

@@ -10,7 +10,7 @@ from typing import Any
 
 from companion.analysis.log_reader import open_log
 from companion.cli import realtime
-from companion.cli.common import add_time_span, print_warnings
+from companion.cli.common import add_time_span, judge_out_folder, print_warnings
 from companion.cli.progress import bar
 from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
@@ -56,9 +56,10 @@ def _identify(arguments: argparse.Namespace) -> int:
         return _identify_beside(arguments)
     if manoeuvres(arguments.folder) and (arguments.from_s, arguments.to_s) == (0.0, math.inf):
         return _identify_trial(arguments)
-    out = arguments.out or arguments.folder
+    log, out = open_log(arguments.folder), arguments.out or arguments.folder
+    judge_out_folder(out)
     with bar("identify") as told:
-        found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold, told)
+        found = identify(log, out, arguments.from_s, arguments.to_s, arguments.hold, told)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out / TOML_FILE}")
@@ -87,11 +88,12 @@ def _identify_trial(arguments: argparse.Namespace) -> int:
     """All of a Trial at once: the overlay is written, and counts once the operator accepts it."""
     from companion.analysis.trial_identify import identify_trial, write
 
-    with bar("identify") as told:
-        found = identify_trial(open_log(arguments.folder), arguments.hold, told)
-    print_warnings(found.warnings)
-    vessel_file = None if arguments.vessel is None else find(arguments.vessel)
+    log, vessel_file = open_log(arguments.folder), None if arguments.vessel is None else find(arguments.vessel)
     folder = arguments.out or (arguments.folder if vessel_file is None else vessel_file.parent)
+    judge_out_folder(folder)
+    with bar("identify") as told:
+        found = identify_trial(log, arguments.hold, told)
+    print_warnings(found.warnings)
     stem = found.log.config.name if vessel_file is None else vessel_file.stem
     overlay, picture = write(found, folder, stem, datetime.now(UTC).date().isoformat())
     print(found.text, "", f"written: {overlay}", *([] if picture is None else [f"written: {picture}"]), sep="\n")

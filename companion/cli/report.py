@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.analysis.log_reader import LogError
-from companion.cli.common import complain, print_warnings
+from companion.cli.common import complain, judge_out_folder, print_warnings
 from companion.cli.progress import bar
 from companion.core.progress import part
 
@@ -59,6 +59,8 @@ def _report(arguments: argparse.Namespace) -> int:
         leave_table(arguments.folder)
         return 0
     out = arguments.out or arguments.folder / "report.html"
+    if arguments.folder.is_dir():
+        judge_out_folder(out.parent)
     with bar("report") as told:
         warnings = write_report(arguments.folder, out, told)
     print_warnings(warnings)

@@ -81,6 +81,7 @@ def add_to(commands: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     _check_arguments(arguments)
+    _tell_of_no_devices(arguments.devices)
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
@@ -190,6 +191,19 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
             reason = "belongs to `companion sitl`" if simulated else "needs --sitl: a real boat has its own weather"
             raise UsageError(f"--{flag} {reason}")
     _check_time(arguments, simulated)
+    _check_console(arguments)
+
+
+def _check_console(arguments: argparse.Namespace) -> None:
+    if arguments.console is not None and not 0 <= arguments.console <= 65535:
+        raise UsageError(f"--console {arguments.console}: 0 to 65535")
+    if arguments.control and arguments.console is None:
+        raise UsageError("--control needs --console: it lets that page command the boat")
+
+
+def _tell_of_no_devices(folder: Path | None) -> None:
+    if folder is not None and not folder.is_dir():
+        complain(f"--devices {folder}: no such folder yet; a `companion sitl` makes it, and prints its name")
 
 
 def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:

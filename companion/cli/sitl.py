@@ -17,7 +17,17 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from companion.app import load_vessel, program_version
-from companion.cli.common import Interrupt, UsageError, add_clock_to, driven_clock, is_over, new_folder
+from companion.cli.common import (
+    Interrupt,
+    UsageError,
+    add_clock_to,
+    driven_clock,
+    is_over,
+    judge_log_folder,
+    new_folder,
+    no_log,
+)
+from companion.cli.composition import WhileThereIsSpace
 from companion.cli.physics import parse_physics, serve_physics
 from companion.clock import WallClock
 from companion.config.vessel import ConfigError, VesselConfig
@@ -25,9 +35,7 @@ from companion.core.ports import WaitingClock
 from companion.io.transport.opener import device_endpoint
 
 if TYPE_CHECKING:
-    from sitl.camera import PictureLog
     from sitl.plant_process import PlantProcess, ServedDevice
-    from sitl.truth_log import LeaderTruthLog, TruthLog
     from sitl.world import World
 
 _TRUTH_S = 0.05
@@ -86,6 +94,8 @@ def _sitl(arguments: argparse.Namespace) -> int:
     if not arguments.speed > 0.0:
         raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
     config = load_vessel(arguments.vessel)
+    if arguments.log is not None:
+        judge_log_folder(arguments.log)
     if arguments.physics is not None:
         return _physics(config, arguments)
     world = _world(config, arguments)
@@ -146,7 +156,7 @@ def _physics(config: VesselConfig, arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _write(truths: Sequence[TruthLog | LeaderTruthLog | PictureLog]) -> None:
+def _write(truths: Sequence[WhileThereIsSpace]) -> None:
     for truth in truths:
         truth.write()
 
@@ -204,26 +214,36 @@ def _locked(folder: Path) -> Any:
         yield
 
 
-def _truth_logs(
-    config: VesselConfig, world: World, arguments: argparse.Namespace
-) -> list[TruthLog | LeaderTruthLog | PictureLog]:
+def _truth_logs(config: VesselConfig, world: World, arguments: argparse.Namespace) -> list[WhileThereIsSpace]:
     """truth.csv, the lead boat's leader.csv and the cameras' pictures.csv, where `--log` asks for them.
 
     The manifest beside them holds the time at which theirs begins, so that they can be compared with the companion's
-    log.
+    log. Raises UsageError where they cannot be written.
     """
     if arguments.log is None:
         return []
+    folder = new_folder(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
+    try:
+        truths = _truths_in(folder, config, world)
+        _describe(folder, config, arguments)
+    except OSError as error:
+        raise no_log(folder, error) from error
+    print(f"log:   {folder}")
+    return truths
+
+
+def _truths_in(folder: Path, config: VesselConfig, world: World) -> list[WhileThereIsSpace]:
     from sitl.camera import PictureLog
     from sitl.truth_log import LeaderTruthLog, TruthLog
 
-    folder = new_folder(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
-    truths: list[TruthLog | LeaderTruthLog | PictureLog] = [
-        TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))
-    ]
-    boats = () if world.shared_sea is None else world.shared_sea.boats
-    truths += [LeaderTruthLog(folder, boat, config.home) for boat in boats]
-    truths += [PictureLog(folder, world.cameras)] if world.cameras else []
+    names = tuple(thruster.name for thruster in config.thrusters)
+    truths = [WhileThereIsSpace(TruthLog(folder, world, names), "truth.csv")]
+    for boat in () if world.shared_sea is None else world.shared_sea.boats:
+        truths.append(WhileThereIsSpace(LeaderTruthLog(folder, boat, config.home), f"{boat.name}.csv"))
+    return truths + ([WhileThereIsSpace(PictureLog(folder, world.cameras), "pictures.csv")] if world.cameras else [])
+
+
+def _describe(folder: Path, config: VesselConfig, arguments: argparse.Namespace) -> None:
     about = {
         "vessel": config.name,
         "seed": arguments.seed,
@@ -232,14 +252,12 @@ def _truth_logs(
         "command": " ".join(sys.argv),
     }
     (folder / "manifest.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
-    print(f"log:   {folder}")
-    return truths
 
 
 def _simulate(
     plant: PlantProcess,
     clock: WaitingClock,
-    truths: Sequence[TruthLog | LeaderTruthLog | PictureLog],
+    truths: Sequence[WhileThereIsSpace],
     interrupt: Interrupt,
     duration_s: float | None,
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -27,6 +28,7 @@ _SLOW_DPS = 4.0  # slower than drives turn; in radians 0.07 to 4 are usual
 _CRAWL = 0.2  # of the hull speed: slower than any boat's top speed
 _OVERHANG = 0.75  # of length and beam, from the middle: on a bowsprit or an outrigger
 _MASTS = 3.0  # lengths, and 2 m: higher than any mast
+_NUMBERED = re.compile(r"/dev/tty(USB|ACM)\d+")
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
 
@@ -313,6 +315,22 @@ def _economy(config: VesselConfig) -> Iterator[Judgement]:
             yield Judgement(("parameters", name), f"has no effect: {lacks}", "Hold: takes the energy that it takes")
 
 
+def _ports(config: VesselConfig) -> Iterator[Judgement]:
+    """Serial ports that the system numbers in the order in which it finds them."""
+    rows = [
+        *(("sensor", i, sensor.name, sensor.port) for i, sensor in enumerate(config.sensors)),
+        *(("actuator", i, bridge.name, bridge.port) for i, bridge in enumerate(config.actuators)),
+    ]
+    for table, i, name, port in rows:
+        path = port.removeprefix("serial:").partition(":")[0].partition("?")[0]
+        if _NUMBERED.fullmatch(path):
+            yield Judgement(
+                (table, i, "port"),
+                f"'{name}' at {path}: that number changes with the order of plugging in",
+                "Two devices may change places. `companion devices` prints names that stay",
+            )
+
+
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
     _thrust,
@@ -326,6 +344,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _turning,
     _places,
     _hulls,
+    _ports,
     _senses,
     _heading,
     _antenna_pairs,

@@ -66,7 +66,7 @@ from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_pr
 from companion.config.thruster_checks import jet_problems, thruster_problems
 from companion.config.toml_mistakes import toml_mistake
 from companion.config.toml_places import dotted, line_of
-from companion.core.nearest import did_you_mean
+from companion.core.nearest import nearest
 
 
 class ConfigError(Exception):
@@ -326,9 +326,12 @@ def find(vessel: str) -> Path:
         return path
     if path.is_dir():
         raise ConfigError([f"{vessel}: a folder; give the TOML file in it"])
-    if vessel.endswith(".toml") or "/" in vessel:
-        raise ConfigError([f"{vessel}: no such file"])
-    meant = did_you_mean(vessel, bundled())
+    beside = {each.stem: each for each in path.parent.glob("*.toml")} if path.parent.is_dir() else {}
+    is_file = vessel.endswith(".toml") or "/" in vessel
+    found = nearest(path.stem if is_file else vessel, beside if is_file else [*bundled(), *beside])
+    meant = "" if found is None else f"; did you mean '{beside.get(found, found)}'?"
+    if is_file:
+        raise ConfigError([f"{vessel}: no such file{meant}"])
     raise ConfigError([f"no vessel named '{vessel}'; bundled: {', '.join(bundled())}; or a path of a TOML file{meant}"])
 
 
@@ -348,9 +351,10 @@ def load(path: Path) -> VesselConfig:
 
 
 def text_of(path: Path) -> str:
-    """What a text file holds. Raises OSError; ConfigError for what is no text."""
+    """What a text file holds, without the mark that editors of Windows put at its beginning. Raises OSError;
+    ConfigError for what is no text."""
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError([f"{path}: not text in UTF-8; save it again as UTF-8"]) from error
 

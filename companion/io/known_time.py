@@ -7,10 +7,11 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from companion.core.plausible_time import EARLIEST_UNIX_NS
+
 _TIME_ERROR = 5  # adjtimex(2): the clock is not synchronised
 _TIMEX_BYTES = 512  # struct timex has 208 on 64-bit Linux; all zeros: change nothing
 _AGREE_NS = 30_000_000_000
-_EARLIEST_NS = 1_767_225_600_000_000_000  # 2026-01-01, before any release: a receiver that says less is wrong
 
 
 class KnownTime:
@@ -32,12 +33,12 @@ class KnownTime:
     def unix_ns(self) -> int | None:
         """Unix time, ns; None: unknown."""
         satellites = None if self._satellites_unix_ns is None else self._satellites_unix_ns()
-        if satellites is not None and satellites < _EARLIEST_NS:
+        if satellites is not None and satellites < EARLIEST_UNIX_NS:
             satellites = None
         if not self._synchronised():
             return satellites
         host = self._host_unix_ns()
-        if host < _EARLIEST_NS:
+        if host < EARLIEST_UNIX_NS:
             return satellites
         return None if satellites is not None and abs(host - satellites) > _AGREE_NS else host
 

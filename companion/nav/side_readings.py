@@ -17,21 +17,29 @@ class AbsoluteTime:
     """`TimeOfDay` of a receiver → absolute time of any moment.
 
     Remembers the offset between both clocks, in whole nanoseconds. It follows each new offset by a tenth of the
-    difference; by all of it from one second on.
+    difference. A jump of one second or more it follows as a whole, once it has lasted: by then its first reading has
+    been judged, and a receiver found to lie is not asked again.
     """
 
     _JUMP_NS = 1_000_000_000
+    _LASTS_S = 0.5  # several control steps
 
     def __init__(self) -> None:
         self._offset_ns: int | None = None
+        self._jump: tuple[int, float] | None = None  # the offset of the last readings, and the first one's time
 
     def update(self, t_s: float, time_unix_ns: int) -> None:
         """Take the absolute time at vessel time `t_s`."""
         offset = time_unix_ns - round(t_s * 1e9)
-        if self._offset_ns is None or abs(offset - self._offset_ns) >= self._JUMP_NS:
+        if self._offset_ns is None:
             self._offset_ns = offset
-        else:
+        elif abs(offset - self._offset_ns) < self._JUMP_NS:
             self._offset_ns += (offset - self._offset_ns) // 10
+            self._jump = None
+        elif self._jump is None or abs(offset - self._jump[0]) >= self._JUMP_NS:
+            self._jump = offset, t_s
+        elif t_s - self._jump[1] >= self._LASTS_S:
+            self._offset_ns, self._jump = offset, None
 
     def at_ns(self, now_s: float) -> int | None:
         """Absolute time at `now_s` in ns since 1970; None until a receiver gives one."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeGuard
 
 from companion.core.angles import wrap_pi
+from companion.core.decision import TextKind
 from companion.core.events import Announce
+from companion.core.plausible_time import is_plausible, year_of
 from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, MagneticField, TimeOfDay, Wind
 from companion.nav.current import CurrentObserver
 from companion.nav.headings import Measured
@@ -27,9 +30,10 @@ from companion.nav.integrity.monitor import IntegrityMonitor
 from companion.nav.lever_arms import Vector
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import Verdict
-from companion.nav.solution import Motion, Place
+from companion.nav.solution import Motion
 from companion.params.store import Parameters
 
+_ALMANAC_S = 60.0  # how long a receiver may have a wrong time after it was switched on
 _FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
 
 
@@ -39,7 +43,10 @@ class Witness:
 
     def __init__(self, parameters: Parameters, say: Announce) -> None:
         self.monitor = IntegrityMonitor(parameters, say)
+        self._say = say
         self._evidence = Evidence()
+        self._dated: set[str] = set()  # receivers that have told a time that can be
+        self._implausible_s: dict[str, float] = {}  # by receiver: since when its time cannot be; infinite once told
 
     def trusts(self, sense: Sense, source: str) -> bool:
         """Whether that sense of that source is used."""
@@ -69,9 +76,23 @@ class Witness:
         return self.monitor.trusts(Sense.WIND, wind.source)
 
     def time(self, time: TimeOfDay) -> bool:
-        """Note an absolute time; whether it may be used."""
+        """Note an absolute time; whether it may be used. One that cannot be now is not. A receiver that has told no
+        other, since it has no almanac, is no liar; it is announced once that has lasted."""
+        plausible = is_plausible(time.time_unix_ns)
+        if plausible:
+            self._dated.add(time.source)
+        elif time.source not in self._dated:
+            self._announce_implausible(time)
+            return False
         self._evidence.times.append(time)
-        return self.monitor.trusts(Sense.TIME, time.source)
+        return plausible and self.monitor.trusts(Sense.TIME, time.source)
+
+    def _announce_implausible(self, time: TimeOfDay) -> None:
+        since_s = self._implausible_s.setdefault(time.source, time.t_s)
+        if time.t_s - since_s >= _ALMANAC_S:
+            self._implausible_s[time.source] = math.inf
+            text = f"{time.source} says year {year_of(time.time_unix_ns)}: time not used"
+            self._say(time.t_s, TextKind.ATTENTION, "time_implausible", text)
 
     def position(
         self,
@@ -84,7 +105,7 @@ class Witness:
         """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
-        way = _way(solution, here, fix.t_s) if _feels(solution, fix.t_s) else None
+        way = _way(solution, fix.t_s) if _feels(solution, fix.t_s) else None
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
             here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, way,
@@ -150,14 +171,14 @@ class Witness:
         return list(self.monitor.update(evidence, now_s))
 
 
-def _way(solution: InertialSolution, here: Place, t_s: float) -> InertialWay:
-    """The way of the boat's origin, up to a time just before or after the last sample."""
+def _way(solution: InertialSolution, t_s: float) -> InertialWay:
+    """The way of the boat's origin, up to a time just before or after the last sample. What receivers are off by is
+    none of it: it changes at once where the filter learns of it."""
     odometer, filter_, ahead_s = solution.odometer, solution.filter, t_s - solution.t_s
-    arm_north = filter_.position[0] - here.north_m + ahead_s * here.north_mps
-    arm_east = filter_.position[1] - here.east_m + ahead_s * here.east_mps
+    arm = solution.offset(solution.lever_m)
     return InertialWay(
-        odometer.north_m + ahead_s * odometer.north_mps - arm_north,
-        odometer.east_m + ahead_s * odometer.east_mps - arm_east,
+        odometer.north_m + ahead_s * odometer.north_mps - arm.north_m,
+        odometer.east_m + ahead_s * odometer.east_mps - arm.east_m,
         filter_.velocity[0] - odometer.north_mps,
         filter_.velocity[1] - odometer.east_mps,
     )

@@ -28,13 +28,16 @@ def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], 
     """Delete the oldest log folders in `directory` until all together hold at most `limit_bytes`. `current` is never
     deleted, nor are the folders in which its log went on.
 
+    The oldest is the one written last the longest ago: a computer that keeps no time while it is off may begin a log
+    years too early, and learns the time under way.
+
     Returns the deleted folders and the bytes left. A folder that cannot be deleted stays, without an error.
     """
     logs = [path for path in directory.iterdir() if (path / _MARK).is_file()] if directory.is_dir() else []
     sizes = {path: size_bytes(path) for path in logs}
     total = sum(sizes.values())
     deleted: list[Path] = []
-    for path in sorted((path for path in logs if not is_of_run(path.name, current.name)), key=_begun):
+    for path in sorted((path for path in logs if not is_of_run(path.name, current.name)), key=_ended_s):
         if total <= limit_bytes:
             break
         shutil.rmtree(path, ignore_errors=True)
@@ -44,11 +47,15 @@ def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], 
     return deleted, total
 
 
-def _begun(path: Path) -> float:
-    try:
-        return (path / _MARK).stat().st_mtime
-    except OSError:
-        return 0.0
+def _ended_s(folder: Path) -> float:
+    """When a file in it was written last, by the computer's clock; 0 for a folder that vanishes meanwhile."""
+    newest_s = 0.0
+    for path in folder.rglob("*"):
+        try:
+            newest_s = max(newest_s, path.stat().st_mtime)
+        except OSError:
+            continue
+    return newest_s
 
 
 class Retention:

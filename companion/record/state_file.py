@@ -47,8 +47,8 @@ class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
     Every save returns a ticket at once. Remembers parameters of other versions, so that they are still there when that
-    version runs again. `on_warning` receives problems of saving, and of the constructor; `on_good_news` that they are
-    over.
+    version runs again, and what it has loaded, in case somebody removes the directory. `on_warning` receives problems
+    of saving, and of the constructor; `on_good_news` that they are over.
     """
 
     def __init__(
@@ -69,13 +69,15 @@ class StateFile:
             frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
         )
         self._strangers: dict[str, float] = {}
+        self._loaded: dict[str, bytes] = {}
         self._lock_fd: int | None = None
         self._writer: Writer = DirectWriter(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
             self._hold()
         except OSError as error:
-            self.on_warning(f"state directory {directory}: {error.strerror}; nothing is stored over a restart")
+            why = f"{error.strerror}; nothing is stored over a restart"
+            self.on_warning(f"state directory {directory}: {why}; choose another by --state")
 
     @property
     def writer(self) -> Writer:
@@ -85,6 +87,8 @@ class StateFile:
     def write_with(self, writer: Writer) -> None:
         """Let `writer` write the files from now on."""
         self._writer = writer
+        for name, content in self._loaded.items():
+            writer.known(name, content)
 
     def tell_news(self) -> None:
         """Pass on what the writer has met with since the last call."""
@@ -200,10 +204,14 @@ class StateFile:
         """The content of a file; None where there is none. A bad file is renamed, with a warning."""
         path = self.directory / name
         try:
-            content = json.loads(path.read_bytes())
+            data = path.read_bytes()
+            content = json.loads(data)
             if not isinstance(content, dict) or content.get("format") != _FORMAT:
                 raise ValueError("unknown format")
-            return understand(content)
+            understood = understand(content)
+            self._loaded[name] = data
+            self._writer.known(name, data)
+            return understood
         except (FileNotFoundError, NotADirectoryError):
             return None
         except OSError as error:

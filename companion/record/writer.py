@@ -2,7 +2,8 @@
 
 Who submits a content gets a `Ticket` at once, and asks it later whether the content is durable. Of a file that waits,
 only the newest content is written. A content that could not be written is tried again until it is, or until a newer
-one replaces it. So the queue never holds more than one content a file.
+one replaces it. So the queue never holds more than one content a file. A directory that somebody removes is made again
+with the next write, and all files in it.
 """
 
 from __future__ import annotations
@@ -57,6 +58,10 @@ class Writer(Protocol):
         what may change meanwhile."""
         ...
 
+    def known(self, name: str, content: bytes) -> None:
+        """That file has this content already."""
+        ...
+
     def retry(self) -> None:
         """Time has passed: try again what failed."""
         ...
@@ -87,22 +92,39 @@ class _Attempts:
         self._directory = directory
         self._disk = disk
         self.owed: dict[str, _Job] = {}  # failed, the longest ago first
+        self.stored: dict[str, _Job] = {}  # what the medium has, by file
         self._why: dict[str, str] = {}
         self._news: deque[News] = deque(maxlen=64)
 
     def attempt(self, name: str, job: _Job) -> bool:
         """Write one file; returns whether it is stored."""
         try:
-            self._disk.replace(self._directory, name, job.content(), job.access.mode, job.access.owner)
+            self._store(name, job)
         except OSError as error:
             return self._failed(name, job, error.strerror or str(error), error.errno in _FULL)
         except Exception as error:  # noqa: BLE001  whatever is wrong with one file, the others are written
             return self._failed(name, job, str(error), False)
         self.owed.pop(name, None)
+        self.stored[name] = job
         if self._why.pop(name, None) is not None:
             self._news.append(News(f"{self._directory / name} is saved again", good=True))
         job.ticket.state = Stored.DURABLE
         return True
+
+    def _store(self, name: str, job: _Job) -> None:
+        """Replace the file. Raises OSError."""
+        content = job.content()
+        try:
+            self._disk.replace(self._directory, name, content, job.access.mode, job.access.owner)
+        except FileNotFoundError:
+            if self._directory.exists():
+                raise
+            self._directory.mkdir()
+            text = f"{self._directory} was removed; it is made again, and all that was in it is stored again"
+            self._news.append(News(text, good=False))
+            for other, stored in self.stored.items():
+                self.owed.setdefault(other, stored)
+            self._disk.replace(self._directory, name, content, job.access.mode, job.access.owner)
 
     def _failed(self, name: str, job: _Job, reason: str, full: bool) -> bool:
         self.owed.pop(name, None)
@@ -136,6 +158,10 @@ class DirectWriter:
         job = _Job(content, access)
         self._attempts.attempt(name, job)
         return job.ticket
+
+    def known(self, name: str, content: bytes) -> None:
+        """As `Writer.known`."""
+        self._attempts.stored[name] = _Job(lambda: content, USUAL)
 
     def retry(self) -> None:
         """As `Writer.retry`."""
@@ -186,6 +212,10 @@ class ThreadWriter:
             self._waiting[name] = job
             self._wake.notify()
         return job.ticket
+
+    def known(self, name: str, content: bytes) -> None:
+        """As `Writer.known`."""
+        self._attempts.stored[name] = _Job(lambda: content, USUAL)
 
     def retry(self) -> None:
         """Nothing: the thread tries again by itself."""

@@ -31,6 +31,7 @@ CAUSES: Mapping[Cause, str] = {
 }
 """Each reason for a mode, in the words of an answer to "why"."""
 
+_ONLY_WARNS = 1  # of GF_ACTION
 _AXES = ("surge", "sway", "yaw")
 
 
@@ -62,6 +63,9 @@ def _mode(boat: BoatSnapshot) -> Iterator[str]:
     if status.intended_mode is not status.mode:
         yield f"  asked for: {status.intended_mode.value}"
     yield from (f"  failsafe lasts: {name}" for name in status.failsafes)
+    if status.fence is not None and status.fence.breached:
+        only_warns = boat.parameters["GF_ACTION"] == _ONLY_WARNS
+        yield "  outside the fence" + ("; GF_ACTION 1 only warns" if only_warns else "")
 
 
 def _speed(boat: BoatSnapshot, tick: Tick) -> Iterator[str]:

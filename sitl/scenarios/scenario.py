@@ -11,6 +11,7 @@ from typing import Any
 
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.core.nearest import did_you_mean
 from sitl.environment import parse_directed
 from sitl.scenarios.boat import Ability, magnetometer, other_hull, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
@@ -98,7 +99,7 @@ def run(
     if unknown:
         raise ScenarioError(
             f"{scenario.name} has no setting {', '.join(sorted(unknown))}; "
-            f"it has {', '.join(sorted(scenario.defaults))}"
+            f"it has {', '.join(sorted(scenario.defaults))}{did_you_mean(min(unknown), scenario.defaults)}"
         )
     conditions = replace(
         _conditions(settings),

@@ -15,8 +15,10 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import forkserver
 from pathlib import Path
 
+from sitl.sweep.interrupts import held_back
 from sitl.sweep.plan import Run
 from sitl.sweep.rows import Row
 from sitl.sweep.sailing import Died, Sail, sailed
@@ -85,6 +87,8 @@ class _Place:
     def __init__(self) -> None:
         context = multiprocessing.get_context("forkserver")  # imports once; a fork of ours would inherit its threads
         context.set_forkserver_preload(_IMPORTED_ONCE)
+        with held_back():
+            forkserver.ensure_running()
         self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_end_with_the_sweep)
         self._pid = self.executor.submit(os.getpid)
 

@@ -112,6 +112,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         browser.click("#tabs [data-view=chart]")
         browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
         check_chart(browser)
+        check_breach(browser)
         browser.click("#tabs [data-view=strips]")
         browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
         error = browser.text('[data-strip="Position error"] .head')
@@ -136,6 +137,35 @@ def check_chart(browser: Browser) -> None:
     x, y, u, v, trail, k = drawn
     assert (x, y) == pytest.approx((u, v), abs=6.0)  # a bow is sharper than a stern
     assert trail == pytest.approx(2.0 * math.sqrt(2.0) * k, abs=4.0)
+
+
+def check_breach(browser: Browser) -> None:
+    """A boat outside its fence is told so for as long as it is there, is in the picture, and the line is as an alarm."""
+    alarm = "(await import('/static/state.js')).alarm"
+    told = browser.driver.execute_async_script(
+        f"const done = arguments[0]; (async () => {{ const alarm = {alarm}; done(["
+        "alarm('', null), alarm('fence', null), alarm('fence;sticks_lost', { breached: false }),"
+        "alarm('sticks_lost;fence', { breached: true }), alarm('', { breached: true })]); })()"
+    )
+    assert told == [
+        "",
+        "Failsafe: fence",
+        "Failsafe: fence ahead, sticks lost",
+        "Failsafe: sticks lost, outside the fence",
+        "Outside the fence",
+    ]
+    colours, (x, y), (width, height) = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "model.boat = { ...model.boat, fence: [{ points: [[9, 9]], radius_m: 5, inclusion: true }] };"
+        "const colour = (breached, north_m) => { model.tick = { ...kept[1], row: { ...kept[1].row, north_m },"
+        " more: { ...kept[1].more, fence: { breached } } }; usvConsole.redraw();"
+        " return getComputedStyle($('#chart-fence').firstChild).stroke; };"
+        "const drawn = [colour(false, 2), colour(true, 900)], b = $('#chart-hull').getBBox();"
+        "const s = $('#chart').getBoundingClientRect(), found = [drawn, [b.x, b.y], [s.width, s.height]];"
+        "[model.boat, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert colours[0] != colours[1]
+    assert 0.0 < x < width and 0.0 < y < height
 
 
 def seek(browser: Browser, t_s: float) -> None:

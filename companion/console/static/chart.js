@@ -53,6 +53,12 @@ function fit() {
   view.fitted = true;
 }
 
+/** Whether the boat is in the picture. A chart that nobody moved is fitted again when it leaves. */
+function inSight(now) {
+  const [x, y] = pixel(now.north_m, now.east_m);
+  return x > 0 && x < view.w && y > 0 && y < view.h;
+}
+
 function zoomed(factor, x = view.w / 2, y = view.h / 2) {
   const before = placeOf(x, y);
   view.fitted = false;
@@ -97,7 +103,7 @@ export function draw() {
   const same = view.w === box.width && view.h === box.height, boatNew = fittedFor !== model.hello;
   [view.w, view.h] = [box.width, box.height];
   if (!model.boat) return;
-  if (boatNew || (view.fitted && !same)) { fittedFor = model.hello; fit(); }
+  if (boatNew || (view.fitted && (!same || !inSight(now)))) { fittedFor = model.hello; fit(); }
   if (view.follow) view.centre = [now.north_m, now.east_m];
   for (const button of document.querySelectorAll('#chart-tools [data-do="follow"]')) button.classList.toggle("on", view.follow);
   drawTiles();
@@ -178,6 +184,7 @@ function drawPlan(now) {
   set(shape.corridor, { points: points(legs), "stroke-width": Math.max(0, 2 * half * view.perM) });
   set(shape.path, { points: points((plan.path ?? []).map((p) => pixel(...p))) });
   if (drawnPlan !== plan) { drawnPlan = plan; makePlan(plan); }
+  layer.fence.classList.toggle("breached", Boolean(more().fence?.breached));
   [...layer.fence.children].forEach((element, i) => {
     const zone = plan.fence[i];
     if (zone.radius_m === null) set(element, { points: points(zone.points.map((p) => pixel(...p))) });

@@ -85,8 +85,9 @@ function drawBar() {
   const now = row(), boat = model.boat;
   say(at("mode"), now.mode);
   chip("armed", now.armed ? "Armed" : "Disarmed", now.armed ? "warn" : "");
-  at("failsafes").hidden = !now.failsafes;
-  say(at("failsafes"), now.failsafes ? `Failsafe: ${now.failsafes.replaceAll(";", ", ").replaceAll("_", " ")}` : "");
+  const alarm = state.alarm(now.failsafes, more().fence);
+  at("failsafes").hidden = !alarm;
+  say(at("failsafes"), alarm);
   const system = boat?.control?.system;
   say(at("control"), boat?.control ? (system ? `Control: system ${system}` : "Control: open to all") : "");
   at("control").hidden = !boat?.control;

@@ -5,6 +5,13 @@ import { model, more, row } from "./model.js";
 const panel = document.getElementById("state");
 const LEVEL = { EMERGENCY: 0, ALERT: 1, CRITICAL: 2, ERROR: 3, WARNING: 4, NOTICE: 5, INFO: 6, DEBUG: 7 };
 export const tone = (severity) => (LEVEL[severity] <= 3 ? "bad" : LEVEL[severity] === 4 ? "warn" : "");
+/** What lasts, for the bar. A fence that was left stays there in words for as long as the boat is outside. */
+export function alarm(failsafes, fence) {
+  const words = (name) => (name !== "fence" ? name.replaceAll("_", " ") : !fence ? "fence" : fence.breached ? "outside the fence" : "fence ahead");
+  if (failsafes) return `Failsafe: ${failsafes.split(";").map(words).join(", ")}`;
+  return fence?.breached ? "Outside the fence" : "";
+}
+
 const content = {}, shown = {};
 let made = false;
 

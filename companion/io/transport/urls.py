@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import parse_qsl
 
+from companion.core.nearest import did_you_mean
+
 SCHEMES = ("serial", "udpin", "udpout", "tcpin", "tcpout", "can")
 DEFAULT_BAUD = 115200
+_NO_BAUD = re.compile(r"\d*|\d[\d.,]* ?(k|kb|kbps|bd|baud|bps)|[5-8][NEO][12]", re.IGNORECASE)
+"""What stands behind a serial port's last colon where somebody meant a baud rate. Names by-path have colons too."""
 
 
 class TransportError(Exception):
@@ -32,7 +37,8 @@ def parse_url(text: str) -> PortUrl:
     body, _, query = text.strip().partition("?")
     scheme, colon, rest = body.partition(":")
     if not colon or scheme not in SCHEMES:
-        raise TransportError(f"'{text}': should begin with one of {', '.join(name + ':' for name in SCHEMES)}")
+        known = ", ".join(name + ":" for name in SCHEMES)
+        raise TransportError(f"'{text}': should begin with one of {known}{_meant(text.strip(), scheme, rest)}")
     try:
         options = dict(parse_qsl(query, keep_blank_values=True, strict_parsing=True)) if query else {}
     except ValueError as error:
@@ -49,12 +55,21 @@ def parse_url(text: str) -> PortUrl:
     return PortUrl(scheme, host=address.removeprefix("[").removesuffix("]"), port=int(number), options=options)
 
 
+def _meant(text: str, scheme: str, rest: str) -> str:
+    """The URL that was probably meant, to end a refusal with; empty where nobody knows."""
+    if text.startswith("/dev/"):
+        return f"; did you mean 'serial:{text}'?"
+    if scheme in ("udp", "tcp") and rest:
+        return f"; {scheme}out: sends to that address, {scheme}in: listens there"
+    return did_you_mean(scheme, SCHEMES)
+
+
 def _serial_endpoint(text: str, rest: str, address: str, number: str, options: Mapping[str, str]) -> PortUrl:
     """The baud rate may be left out; device paths may hold colons themselves (`/dev/serial/by-path/…:1.0-port0`)."""
     with_baud = number.isascii() and number.isdigit() and bool(address)
     path, baud = (address, int(number)) if with_baud else (rest, DEFAULT_BAUD)
-    if not path:
-        raise TransportError(f"'{text}': should read serial:/dev/name:baud")
+    if not path.startswith("/") or (not with_baud and _NO_BAUD.fullmatch(number)):
+        raise TransportError(f"'{text}': should read serial:/dev/name:baud, as serial:/dev/usv-gnss:115200")
     if not 50 <= baud <= 12_000_000:
         raise TransportError(f"'{text}': baud rate {baud} should be 50 to 12000000")
     return PortUrl("serial", path=path, baud=baud, options=options)

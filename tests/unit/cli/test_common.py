@@ -17,6 +17,8 @@ import pytest
 
 from companion.cli import common
 from companion.cli.common import Interrupt, UsageError, judge_log_folder
+from companion.cli.main import main
+from tests.unit.console.recorded import write_log
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -69,6 +71,21 @@ def test_a_file_is_no_log_folder(tmp_path: Path) -> None:
     for folder in (tmp_path / "log", tmp_path / "log" / "below"):
         with pytest.raises(UsageError, match=f"no log can be written in {folder}: .* choose another folder by --log"):
             judge_log_folder(folder)
+
+
+@pytest.mark.parametrize("command", ["identify", "calibrate", "report"])
+def test_results_of_long_work_are_refused_before_it_where_they_cannot_be_written(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They failed after it."""
+    log, out = write_log(tmp_path / "log", 1), tmp_path / "file" / "out"
+    (tmp_path / "file").touch()
+    words = [command, str(log), "--out", str(out / "report.html" if command == "report" else out)]
+    assert main(words) == 2
+    said = (
+        f"companion: nothing can be written in {out}: part of it is a file, not a folder; choose another one by --out"
+    )
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

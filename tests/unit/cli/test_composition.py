@@ -18,6 +18,9 @@ class Medium:
         self.space, self.taken = space, 0
 
     def record(self, tick: Tick) -> None:
+        self.write()
+
+    def write(self) -> None:
         self._use()
         self.taken += 1
 
@@ -38,3 +41,12 @@ def test_a_full_medium_ends_the_truth_but_not_the_boat(capsys: pytest.CaptureFix
     recorder.close()
     assert medium.taken == 3
     assert capsys.readouterr().err == "companion: truth.csv ends here: No space left on device; the boat sails on\n"
+
+
+def test_a_full_medium_ends_the_truth_of_a_plant_alone_too(capsys: pytest.CaptureFixture[str]) -> None:
+    medium = Medium(2)
+    recorder = WhileThereIsSpace(medium, "truth.csv")
+    for _ in range(4):
+        recorder.write()
+    recorder.close()
+    assert medium.taken == 2 and "truth.csv ends here" in capsys.readouterr().err

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
+import os
+import signal
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from companion.analysis.capability import Capability
+from companion.cli.crew import sail_to_the_end
 from companion.cli.hunt import FINDINGS, BoatStrength, hunt
 from companion.cli.main import argument_parser, main
 from companion.config.vessel import VesselConfig, find, load
@@ -80,3 +83,24 @@ def test_strength_is_what_capability_says() -> None:
     otter = BoatStrength(load(find("otter")))
     assert otter.wind_mps(0.0, frozenset()) > 8.0, "its bow lies in the wind"
     assert otter.wind_mps(0.0, frozenset({"port"})) == 0.0, "one fixed thruster drives it in circles"
+
+
+def test_ctrl_c_ends_a_hunt_with_130_also_while_it_asks_what_the_boat_holds() -> None:
+    before = [
+        (number, signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)
+    ]
+
+    def task(interrupted: Callable[[], bool]) -> int:
+        assert not interrupted()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert interrupted()
+        with pytest.raises(KeyboardInterrupt):
+            BoatStrength(load(find("revolt")), interrupted).wind_mps(0.0, frozenset())
+        return 0
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sail_to_the_end(argument_parser().parse_args(["hunt", "hold"]), task)
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)

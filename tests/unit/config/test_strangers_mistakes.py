@@ -95,6 +95,7 @@ def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str
         (OUTBOARD, "rate_dps = 60.0", "rate_dps = 1.05", "turns 1.05° in a second, which looks like radians"),
         (TWIN, 'kind = "fixed"', 'kind = "fixed"\nazimuth_deg = 0.785', "points 0.785° from ahead"),
         (TWIN, "antennas = 1", "antennas = 1\nx_m = 1.3", "'gnss' at x 1.3 m, y 0 m is outside the hull: check both"),
+        (TWIN, "/dev/usv-gnss:115200", "/dev/ttyUSB0", "'gnss' at /dev/ttyUSB0: that number changes"),
         (TWIN, "z_m = -0.40", "z_m = -40", "'gnss' is 40 m above the middle of the boat: check it, in m"),
         (TWIN, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 0.1", "0.06 times the hull speed: check it, in m/s"),
         (OUTBOARD, "mass_kg = 55", "mass_kg = 55\nhull_beam_m = 0.2", "has no effect on one hull, of form planing"),

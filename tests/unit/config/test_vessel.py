@@ -105,6 +105,22 @@ def test_unknown_vessel_says_which_there_are(tmp_path: Path) -> None:
         config.find(str(tmp_path))
 
 
+def test_a_misspelt_file_is_guessed_from_those_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my_boat.toml").write_text("")
+    with pytest.raises(ConfigError, match=r"no such file; did you mean '.*/my_boat\.toml'\?"):
+        config.find(str(tmp_path / "my_bot.toml"))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=r"no vessel named 'my_boat'.*; did you mean 'my_boat\.toml'\?"):
+        config.find("my_boat")
+
+
+def test_a_file_saved_by_an_editor_of_windows_is_read(tmp_path: Path) -> None:
+    """It begins with a mark of three bytes, and its lines end in two."""
+    boat = tmp_path / "boat.toml"
+    boat.write_bytes(b"\xef\xbb\xbf" + revolt_text().replace("\n", "\r\n").encode())
+    assert config.load(boat) == config.load(config.find("revolt"))
+
+
 def test_a_wrong_belief_leaves_the_plants_true() -> None:
     vessel = config.load(config.find("revolt"))
     believed = config.with_model_error(vessel, 0.5)

@@ -353,9 +353,9 @@ def test_a_receiver_with_carrier_phase_goes_before_one_without() -> None:
 def test_time_of_day_and_wind_reach_the_state() -> None:
     estimator = Estimator(REVOLT, Parameters())
     first_fixes(estimator, 63.4389, 10.3990)
-    time = TimeOfDay(1.1, "gnss", 1_763_726_400_000_000_000)
+    time = TimeOfDay(1.1, "gnss", 1_795_262_400_000_000_000)
     state = estimator.update([time, Wind(1.1, "wind", 6.0, math.radians(90.0))], 1.2)
-    assert state.time_unix_ns == 1_763_726_400_100_000_000
+    assert state.time_unix_ns == 1_795_262_400_100_000_000
     assert state.wind_speed_mps == pytest.approx(6.0, abs=0.05)
     assert state.wind_from_rad == pytest.approx(math.radians(90.0), abs=0.02)
 

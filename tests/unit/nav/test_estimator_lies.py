@@ -12,8 +12,9 @@ from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, Reading
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, Imu, Reading, TimeOfDay
 from companion.nav.estimator import Estimator
+from companion.nav.witness import Witness
 from companion.params.store import Parameters
 from tests.unit.nav.boat_truth import Voyage, config_of, readings_of, sail
 
@@ -124,6 +125,63 @@ def test_a_jump_is_not_followed_and_the_velocity_carries_on() -> None:
     assert state.position_valid and state.heading_valid
     assert boat.off()[0] < 0.3
     assert state.distrusted[0].excluded and state.jumps_followed == 0
+
+
+NOON_NS = 1_795_262_400_000_000_000
+ROLLOVER_S = -1024 * 7 * 86400
+
+
+@pytest.mark.parametrize("off_s", [10_800, -3600, ROLLOVER_S, 250_000_000_000])
+def test_a_jump_of_the_receivers_time_changes_neither_the_time_nor_the_motion(off_s: int) -> None:
+    """Hours, a week's number of ten bits, and the year 9948."""
+
+    def ahead(reading: Reading, age_s: float) -> Reading:
+        return (
+            replace(reading, time_unix_ns=reading.time_unix_ns + off_ns) if isinstance(reading, TimeOfDay) else reading
+        )
+
+    off_ns, boat, honest = off_s * 10**9, afloat(), afloat()
+    for row in (*boat.rows, *honest.rows):
+        row += [TimeOfDay(f.t_s, f.source, NOON_NS + round(f.t_s * 1e9)) for f in row if isinstance(f, GnssFix)]
+    state, expected = boat.go(40.0, ahead), honest.go(40.0)
+    assert state.time_unix_ns == expected.time_unix_ns == NOON_NS + 40_000_000_000
+    assert (state.north_m, state.east_m, state.yaw_rad) == (expected.north_m, expected.east_m, expected.yaw_rad)
+    assert boat.said == [f"gnss time is off by {off_s:.1f} s: not used"] and not honest.said
+
+
+def test_a_receiver_without_an_almanac_gives_no_time_and_is_told_once_it_has_lasted() -> None:
+    said: list[str] = []
+    witness = Witness(Parameters(), lambda *event: said.append(event[3]))
+    in_2006_ns = NOON_NS + ROLLOVER_S * 10**9
+    for t_s in range(100):
+        assert not witness.time(TimeOfDay(float(t_s), "gnss", in_2006_ns + t_s * 10**9))
+        assert said == ([] if t_s < 60 else ["gnss says year 2007: time not used"])
+    assert not witness.monitor.state
+    assert witness.time(TimeOfDay(100.0, "gnss", NOON_NS))
+    assert not witness.time(TimeOfDay(101.0, "gnss", in_2006_ns)), "however it came about"
+
+
+@pytest.mark.parametrize(
+    ("off_m", "kind", "sigma_m"),
+    [(20.0, FixType.RTK_FIXED, 0.03), (200.0, FixType.FIX_3D, 1.35), (1_700_000.0, FixType.FIX_3D, 1.35)],
+)
+def test_a_second_receiver_elsewhere_makes_no_liar_of_the_one_in_use(
+    off_m: float, kind: FixType, sigma_m: float
+) -> None:
+    """A plotter in demonstration mode says that it is in another country. When both were told to be apart, the estimate
+    took what the blend then expected of them for a way of the boat: the good receiver had jumped, and was left out."""
+    boat = Afloat({})
+    receiver, *rest = config_of(DRIFTING).sensors
+    config = replace(config_of(DRIFTING), sensors=(receiver, *rest, replace(receiver, name="plotter")))
+    boat.estimator = Estimator(config, Parameters(), boat._say)
+    lat_deg = config.home.lat_deg - off_m / 111_200.0
+    for row in boat.rows[::20]:
+        fix = GnssFix(row[0].t_s, "plotter", lat_deg, config.home.lon_deg, 45.0, kind, 8, 0.9, sigma_m)
+        row.append(fix)
+    boat.go(30.0)
+    (said,) = boat.said[1:]
+    assert said.startswith("plotter position is ") and said.endswith(" m from gnss: used on")
+    assert boat.estimator.sources["position"] == "gnss" and boat.off()[0] < 0.1
 
 
 def test_carried_for_so_long_then_the_position_is_lost() -> None:

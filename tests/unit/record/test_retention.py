@@ -8,12 +8,12 @@ from pathlib import Path
 from companion.record.retention import Retention, size_bytes, trim
 
 
-def log(directory: Path, name: str, begun_s: float, size: int = 1000) -> Path:
+def log(directory: Path, name: str, begun_s: float, size: int = 1000, ended_s: float | None = None) -> Path:
     folder = directory / name
     folder.mkdir()
-    (folder / "ticks.csv").write_bytes(b"x" * size)
-    (folder / "manifest.json").write_bytes(b"{}")
-    os.utime(folder / "manifest.json", (begun_s, begun_s))
+    for file, content, written_s in (("ticks.csv", b"x" * size, ended_s or begun_s), ("manifest.json", b"{}", begun_s)):
+        (folder / file).write_bytes(content)
+        os.utime(folder / file, (written_s, written_s))
     return folder
 
 
@@ -22,6 +22,13 @@ def test_the_oldest_go_first_and_no_more_than_needed(tmp_path: Path) -> None:
     deleted, left = trim(tmp_path, 3100, logs[4])
     assert deleted == logs[:2]
     assert left == sum(map(size_bytes, logs[2:])) <= 3100
+
+
+def test_a_log_begun_before_the_computer_knew_the_time_is_as_old_as_its_last_row(tmp_path: Path) -> None:
+    """Without a battery for its clock the computer begins in 1970; the network tells it the time under way."""
+    last_year, yesterday = log(tmp_path, "b", 1.75e9), log(tmp_path, "a", 100.0, ended_s=1.78e9)
+    assert trim(tmp_path, 1500, tmp_path / "present")[0] == [last_year]
+    assert yesterday.is_dir()
 
 
 def test_the_present_run_stays_whatever_its_size_and_age(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import errno
 import json
 import math
 import os
+import shutil
 import struct
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from companion.mission.plan import PlanItem, PlanKind, plan_id
 from companion.params.store import Parameters
 from companion.record.state_file import StateFile, StateFileBusy
+from companion.record.writer import DirectWriter
 from tests.unit.mission.item_bits import bits
 
 
@@ -229,3 +231,23 @@ def test_ten_thousand_items_come_back(tmp_path: Path) -> None:
     items = tuple(item(seq) for seq in range(10_000))
     state.save_plan(PlanKind.MISSION, items)
     assert [bits(i) for i in state.load_plans()[0][PlanKind.MISSION]] == [bits(i) for i in items]
+
+
+def test_a_directory_that_is_removed_under_way_loses_nothing(tmp_path: Path) -> None:
+    """What an earlier run has stored is in the next one's memory alone, then."""
+    folder, warnings = tmp_path / "state", []  # type: ignore[var-annotated]
+    before = StateFile(folder)
+    before.save_parameters({"WP_SPEED": 0.5})
+    before.save_plan(PlanKind.FENCE, (item(0),))
+    before.close()
+    state = StateFile(folder, warnings.append)
+    state.load_parameters(), state.load_plans()
+    state.write_with(DirectWriter(folder))
+    shutil.rmtree(folder)
+    assert state.save_progress({"seq": 1}).durable
+    state.writer.retry()
+    state.close()
+    again = StateFile(folder)
+    assert again.load_parameters()[0] == {"WP_SPEED": 0.5} and len(again.load_plans()[0][PlanKind.FENCE]) == 1
+    assert again.load_progress()[0] == {"seq": 1}
+    assert len(warnings) == 1 and "was removed" in warnings[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -115,3 +116,25 @@ def test_a_direct_writer_is_done_when_it_returns(tmp_path: Path) -> None:
     disk.fail_with(None)
     writer.retry()
     assert failed.durable and (tmp_path / "a").read_bytes() == b"newer"
+
+
+def test_a_directory_that_was_removed_is_made_again_with_all_that_was_in_it(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    state.mkdir()
+    writer = DirectWriter(state)
+    writer.known("loaded", b"1")
+    writer.submit("saved", lambda: b"2")
+    shutil.rmtree(state)
+    assert writer.submit("new", lambda: b"3").durable
+    writer.retry()
+    assert {path.name: path.read_bytes() for path in state.iterdir()} == {"loaded": b"1", "saved": b"2", "new": b"3"}
+    (news,) = writer.news()
+    assert "was removed" in news.text and not news.good and writer.failing == ""
+
+
+def test_a_medium_that_was_taken_out_is_not_replaced_by_a_folder_elsewhere(tmp_path: Path) -> None:
+    writer = DirectWriter(tmp_path / "card" / "state")
+    assert writer.submit("a", lambda: b"a").state is Stored.FAILED and not (tmp_path / "card").exists()
+    (tmp_path / "card").mkdir()
+    writer.retry()
+    assert (tmp_path / "card" / "state" / "a").read_bytes() == b"a"

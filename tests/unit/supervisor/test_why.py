@@ -45,6 +45,15 @@ def test_a_failsafe_is_the_reason_for_mode_and_speed() -> None:
     ]
 
 
+@pytest.mark.parametrize(("action", "more"), [(1, "; GF_ACTION 1 only warns"), (2, "")])
+def test_a_boat_outside_its_fence_says_so_for_as_long_as_it_is_there(action: int, more: str) -> None:
+    boat = snapshot({**ARMED, "failsafes": ("fence",), "fence": FenceState(True, 1, 3.0, slowed=False)})
+    boat.parameters.set("GF_ACTION", action)
+    assert list(why(boat))[2:4] == ["  failsafe lasts: fence", "  outside the fence" + more]
+    boat = snapshot({**ARMED, "fence": FenceState(False, 1, 3.0, slowed=False)})
+    assert not any("outside" in line for line in why(boat))
+
+
 @pytest.mark.parametrize(
     ("status", "tick", "expected"),
     [

@@ -1,0 +1,35 @@
+"""Ctrl-C and the processes that a program starts."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+
+import pytest
+
+from sitl.sweep.interrupts import held_back
+
+
+def blocked_in_a_child() -> bool:
+    """Whether a process that is started now holds Ctrl-C back."""
+    lines = subprocess.run(["cat", "/proc/self/status"], capture_output=True, text=True, check=True).stdout.splitlines()
+    blocked = next(line.split()[1] for line in lines if line.startswith("SigBlk"))
+    return bool(int(blocked, 16) & 1 << (signal.SIGINT - 1))
+
+
+def test_a_process_that_is_started_meanwhile_never_hears_it_and_the_program_hears_it_afterwards() -> None:
+    """A worker that still imported printed a traceback."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert not blocked_in_a_child()
+        with held_back():
+            assert blocked_in_a_child()
+        assert not blocked_in_a_child()
+        went_on = False
+        with pytest.raises(KeyboardInterrupt), held_back():
+            os.kill(os.getpid(), signal.SIGINT)
+            went_on = True
+        assert went_on
+    finally:
+        signal.signal(signal.SIGINT, before)
