@@ -278,7 +278,7 @@ class PathTracker:
     def _swings(self) -> bool:
         """Whether a boat without a plan turns fast enough to swing through a waypoint."""
         bends, cruise_mps = self._turning.bends, self._parameters["WP_SPEED"]
-        if self._agility is not None or bends is None:
+        if self._agility is not None or bends is None or self._turning.aside:
             return False
         return bends.at(swing_bend_1pm(cruise_mps)) >= _KEPT_IN_SWING * cruise_mps
 

@@ -18,11 +18,13 @@ _LATEST_S = 6.0
 @dataclass(frozen=True, slots=True)
 class Turning:
     """`arc`: the hull of a boat that a rudder turns; None for others. `bends`: the speeds in bends of a boat that the
-    moment of its thrusters turns; None for others, and for one with sideways thrust."""
+    moment of its thrusters turns; None for others, and for one with sideways thrust. `aside`: what turns it pushes it
+    out of the turn, as a thruster does that turns itself."""
 
     on_the_spot: bool = False
     arc: HullConfig | None = None
     bends: BendSpeeds | None = None
+    aside: bool = False
 
     def late_s(self, surge_mps: float, sway_mps: float) -> float:
         """How much later than its bow the boat turns its course, in an arc."""
@@ -52,7 +54,8 @@ def sway_lag_s(hull: HullConfig, surge_mps: float, sway_mps: float) -> float:
 def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     """How the vessel turns; `on_the_spot`: it needs no way for it."""
     rudder = config.has_rudder
-    return Turning(on_the_spot, config.hull if rudder else None, bends_of(config))
+    aside = any(thruster.kind != "fixed" for thruster in config.thrusters)
+    return Turning(on_the_spot, config.hull if rudder else None, bends_of(config), aside)
 
 
 def bends_of(config: VesselConfig) -> BendSpeeds | None:

@@ -583,6 +583,14 @@ def test_a_boat_that_turns_fast_swings_through_a_waypoint_without_a_radius(vesse
     assert _miss_m(guide, radius_m=0.4) < 0.4, "its own radius counts"
 
 
+def test_a_boat_that_a_thruster_turns_by_pushing_it_aside_does_not_swing() -> None:
+    """A dinghy with a trolling motor that turns ran 2.5 m wide in the bend."""
+    config = load(find("blueboat"))
+    outboard = replace(turning_of(config, on_the_spot=True), aside=True)
+    guide = PathTracker(Parameters({**config.parameters, "PATH_KIND": 0}), can_sway=False, turning=outboard)
+    assert _miss_m(guide) > 0.5
+
+
 def _miss_m(guide: PathTracker, radius_m: float | None = None) -> float:
     """How near the track of a right angle passes its corner."""
     guide.start([Waypoint(20.0, 0.0, radius_m), Waypoint(20.0, 20.0)], nav_state())
