@@ -38,7 +38,7 @@ _WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under
 _MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thruster turns there
 _NOTHING_N = 1.0e-3
 _UNCONSTRAINED = 1  # ALLOC_KIND
-_MUCH_SHARE = 0.5  # of the demand of an axis
+_MUCH_SHARE = 0.5  # of the demand
 _LEEWAY = 0.01  # share of full force by which a thruster may push harder or less than foreseen
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
@@ -207,10 +207,11 @@ class Allocator(_AllocatorBase):
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._largest_share(wrench, allocation.achieved)
-        self._much_missing = self._is_much_missing(wrench, allocation.achieved)
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         self._lacking = self._off(wrench, allocation.achieved)
-        self._useful = max(0.0, self._off(wrench, ZERO_WRENCH) - self._lacking)
+        wanted = self._off(wrench, ZERO_WRENCH)
+        self._useful = max(0.0, wanted - self._lacking)
+        self._much_missing = self._lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
         return allocation
 
     def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> ThrusterPlan | None:
@@ -508,18 +509,6 @@ class Allocator(_AllocatorBase):
             abs(demanded.surge_n - achieved.surge_n) / x,
             abs(demanded.sway_n - achieved.sway_n) / y if y > 0.0 else 0.0,
             abs(demanded.yaw_nm - achieved.yaw_nm) / n,
-        )
-
-    def _is_much_missing(self, demanded: Wrench, achieved: Wrench) -> bool:
-        """Whether an axis falls short by more than half of what is asked of it, and by more than a little."""
-        pairs = (
-            (demanded.surge_n, achieved.surge_n),
-            (demanded.sway_n, achieved.sway_n),
-            (demanded.yaw_nm, achieved.yaw_nm),
-        )
-        return any(
-            abs(asked - given) > max(_MUCH_SHARE * abs(asked), _LEAST_WORTH * scale) and scale > 0.0
-            for (asked, given), scale in zip(pairs, self._scales, strict=True)
         )
 
     def _off(self, demanded: Wrench, achieved: Wrench) -> float:
