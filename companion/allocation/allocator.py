@@ -392,7 +392,7 @@ class Allocator(_AllocatorBase):
         if not shares or max(shares) > 1.0:
             self._astray.reset()
             return False
-        aims = [self._aim(i, t, math.atan2(y, x))[0] for i, (t, (x, y)) in enumerate(zip(self._thrusters, ideal))]
+        aims = [self._aim(i, t, math.atan2(ideal[i][1], ideal[i][0]))[0] for i, t in enumerate(self._thrusters)]
         return self._astray.update(shares, aims, self._azimuths, dt_s)
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:

@@ -42,11 +42,7 @@ class Astray:
             for t, share, aim, azimuth in zip(self._thrusters, shares, aims_rad, azimuths_rad, strict=True)
         ]
         far = [i for i, off in enumerate(off_rad) if off > _OFF_RAD]
-        slow = [
-            i
-            for i in far
-            if self._off_rad[i] - off_rad[i] < _PACE * self._thrusters[i].azimuth_rate_radps * dt_s
-        ]
+        slow = [i for i in far if self._off_rad[i] - off_rad[i] < _PACE * self._thrusters[i].azimuth_rate_radps * dt_s]
         self._off_rad = off_rad
         if slow:
             self._away_s += dt_s

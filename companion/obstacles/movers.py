@@ -161,7 +161,7 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most
 
 
 def _face(hits: Floats) -> Floats:
-    """The first hits of a group as far as they make a face: those of a quay that is seen round its corner lie on two."""
+    """The first hits of a group as far as they make a face: a quay seen round its corner has two."""
     off = np.hypot(hits[:, 0] - hits[0, 0], hits[:, 1] - hits[0, 1])
     far = np.nonzero(off >= _LINE_M)[0]
     return hits[: far[0] + 1] if len(far) else hits[:1]

@@ -339,13 +339,20 @@ def test_an_outboard_that_steers_astern_comes_to_push_ahead() -> None:
 def across(mirrored_deg: float) -> Allocator:
     """The azimuths of ÅBOAT mirrored across the hull, without thrust."""
     a = Allocator(ABOAT, Parameters())
-    a.direct((ThrusterCommand(0.0, 0.0, -math.radians(mirrored_deg)), ThrusterCommand(0.0, 0.0, math.radians(mirrored_deg))), dt_s=10.0)
+    a.direct(
+        (ThrusterCommand(0.0, 0.0, -math.radians(mirrored_deg)), ThrusterCommand(0.0, 0.0, math.radians(mirrored_deg))),
+        dt_s=10.0,
+    )
     return a
 
 
 @pytest.mark.parametrize(
     "moment_nm",
-    [lambda _: -10.0, lambda t_s: -4.0 - 13.0 * math.sin(math.tau * t_s / 1.3), lambda t_s: 15.0 * math.sin(math.tau * t_s / 1.1)],
+    [
+        lambda _: -10.0,
+        lambda t_s: -4.0 - 13.0 * math.sin(math.tau * t_s / 1.3),
+        lambda t_s: 15.0 * math.sin(math.tau * t_s / 1.1),
+    ],
     ids=["steady", "a mean in waves", "waves"],
 )
 def test_across_the_hull_thrusters_turn_to_push_astern_though_there_they_give_the_moment_at_once(
