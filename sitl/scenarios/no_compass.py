@@ -23,7 +23,7 @@ from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _MANUAL, _HOLD = 0x00010000, 0x03040000
-_FOUND = "Heading source: motion"
+_FOUND = ("Heading source: motion", "Heading source: course over ground")  # a fast boat steers by its course
 _LOST = "Heading lost"
 _PATIENCE_S = 120.0  # of pushing
 _HEADING_DEG = 15.0  # as far as Hold may be misled
