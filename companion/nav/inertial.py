@@ -24,6 +24,7 @@ _DOWN_PERIOD_S = 0.2
 _FIRST_S = 1.0  # after the start, for the first position
 _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
+_DOWN_SAMPLES = 15.0  # of them that share one error: the boat heaves as long as a wave, and its group, pass
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _ANEW_SIGMA_MPS, _ANEW_TILT_SIGMA_RAD, _ANEW_YAW_SIGMA_RAD = 0.3, math.radians(3.0), math.radians(15.0)
 _LIKELY_BIASES = 3.0  # sigmas of the gyro's bias at switch-on
@@ -182,7 +183,7 @@ class InertialSolution:
         self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
             self._down_s = imu.t_s
-            self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
+            self.filter.fuse_down(0.0, _DOWN_SAMPLES * _DOWN_SIGMA_M**2, _DOWN_SAMPLES * _DOWN_SIGMA_MPS**2)
             self._stop_if_diverged()
             self._bound_biases()
             self.odometer.learn(imu.t_s, self.filter.gyro_bias[2], self._bias_sigma_radps())
