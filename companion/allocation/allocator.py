@@ -39,6 +39,7 @@ _MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thr
 _NOTHING_N = 1.0e-3
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _MUCH_SHARE = 0.5  # of the demand
+_GIVEN_SHARE = 0.1  # of the demand: less may be missing where thrusters give it
 _LEEWAY = 0.01  # share of full force by which a thruster may push harder or less than foreseen
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
@@ -256,7 +257,7 @@ class Allocator(_AllocatorBase):
         self._wasted = self._power_wasted(ideal)
         self._see_thrift(ideal, dt_s)
         self._strong_side.see(self._forces, dt_s)
-        astray = not aimed and self._have_gone_astray(ideal, dt_s)
+        astray = not aimed and self._have_gone_astray(wrench, ideal, dt_s)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
@@ -384,16 +385,27 @@ class Allocator(_AllocatorBase):
             problem.preferred_weight[i] = 0.0
             self._apart_s[i] = 0.0
 
-    def _have_gone_astray(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> bool:
-        """Whether to turn the thrusters to their azimuths in the unconstrained solution `ideal`."""
-        shares: list[float] = []
-        if self._much_missing and not self._alone and all(azimuth is None for azimuth in self._crossing):
-            shares = [math.hypot(x, y) / t.max_n for t, (x, y) in zip(self._thrusters, ideal, strict=True)]
-        if not shares or max(shares) > 1.0:
+    def _have_gone_astray(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float) -> bool:
+        """Whether to turn the thrusters to their azimuths in the unconstrained solution `ideal`: there they give what
+        is demanded."""
+        judged = self._much_missing and not self._alone and all(azimuth is None for azimuth in self._crossing)
+        if not judged or not self._would_do(wrench, ideal):
             self._astray.reset()
             return False
+        shares = [math.hypot(x, y) / t.max_n for t, (x, y) in zip(self._thrusters, ideal, strict=True)]
         aims = [self._aim(i, t, math.atan2(ideal[i][1], ideal[i][0]))[0] for i, t in enumerate(self._thrusters)]
         return self._astray.update(shares, aims, self._azimuths, dt_s)
+
+    def _would_do(self, wrench: Wrench, ideal: Sequence[tuple[float, float]]) -> bool:
+        """Whether the forces `ideal` are within the limits and give the demand; after a failure nothing may."""
+        x = y = n = 0.0
+        for t, (force_x, force_y) in zip(self._thrusters, ideal, strict=True):
+            if not t.turns:
+                force_x, force_y = force_x * math.cos(t.rest_rad), force_x * math.sin(t.rest_rad)
+            if math.hypot(force_x, force_y) > t.max_n:
+                return False
+            x, y, n = x + force_x, y + force_y, n + t.x_m * force_y - t.y_m * force_x
+        return self._off(wrench, Wrench(x, y, n)) < _GIVEN_SHARE * self._off(wrench, ZERO_WRENCH)
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """While every axis is given, the mean demand is taken."""

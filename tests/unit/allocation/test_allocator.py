@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from companion.allocation.allocator import Allocator
+from companion.allocation.astray import Astray
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
@@ -365,3 +366,21 @@ def test_across_the_hull_thrusters_turn_to_push_astern_though_there_they_give_th
     given = [a.update(Wrench(-30.0, 0.0, moment_nm(DT_S * k)), DT_S).achieved.surge_n for k in range(60)]
     late = given[round((turn_s + 0.8) / DT_S) :]
     assert sum(late) / len(late) < -25.0 and max(late) < -12.0
+
+
+def test_one_thruster_that_is_left_is_not_turned_to_demands_that_it_cannot_give(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of force and moment one azimuth gives a mixture. Turned to that of each moment it swung four times as much, and
+    the boat was driven off further."""
+
+    def turns(*_: object) -> bool:
+        raise AssertionError("it turns to an aim")
+
+    monkeypatch.setattr(Astray, "update", turns)
+    a = across(57.0)
+    a.set_failed(0, True)
+    settle(a, Wrench(-30.0, 20.0, 15.0), 30)
+    a.set_failed(0, False)
+    with pytest.raises(AssertionError, match="an aim"):
+        settle(a, Wrench(-30.0, 0.0, -10.0), 30)
