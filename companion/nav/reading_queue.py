@@ -44,8 +44,8 @@ class ReadingQueue:
             self.pending.sort(key=self._turn_s)
 
     def due(self, now_s: float) -> list[Reading]:
-        """Take out the readings up to `now_s` less the longest latency, in order of time. Each meets the inertial sample
-        that is nearest to it: the turns and accelerations of waves change in a few milliseconds."""
+        """Take out the readings up to `now_s` less the longest latency, in order of time. Each meets the inertial
+        sample nearest to it: the turns and accelerations of waves change in a few milliseconds."""
         horizon_s = now_s - self.lag_s
         count = 0
         for reading in self.pending:
