@@ -83,7 +83,9 @@ class InertialSolution:
         """Begin from another solution's motion and (roll_rad, pitch_rad). The biases learnt before stay, with the
         variances of a first start."""
         noise = self.filter.noise
-        sigmas = [max(motion.position_sigma_m, 0.02)] * 3 + [max(motion.velocity_sigma_mps, 0.1)] * 3
+        position_m, velocity_mps = max(motion.position_sigma_m, 0.02), max(motion.velocity_sigma_mps, 0.1)
+        sigmas = [position_m, position_m, max(position_m, _DOWN_SIGMA_M)]
+        sigmas += [velocity_mps, velocity_mps, max(velocity_mps, _DOWN_SIGMA_MPS)]
         sigmas += [tilt_sigma_rad, tilt_sigma_rad, max(motion.yaw_sigma_rad, 0.01)]
         sigmas += [noise.accelerometer_switch_on_mps2] * 3 + [noise.gyro_switch_on_radps] * 3
         attitude = (tilt[0], tilt[1], motion.attitude[2])

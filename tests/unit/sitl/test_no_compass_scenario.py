@@ -12,10 +12,10 @@ from sitl.scenarios.ground_station import GroundStation
 
 
 @pytest.mark.parametrize(
-    "text, found",
+    "text, expected",
     [("Heading source: motion", True), ("Heading source: course over ground", True), ("Heading lost: neutral", False)],
 )
-def test_a_fast_boat_has_found_its_heading_by_its_course(text: str, found: bool) -> None:
+def test_a_fast_boat_has_found_its_heading_by_its_course(text: str, expected: bool) -> None:
     """A jet that was pushed steered by its course within a second, and was pushed for two minutes more."""
     gcs = cast(GroundStation, SimpleNamespace(texts=["Armed", text]))
-    assert no_compass._found(gcs) is found
+    assert no_compass.found(gcs) is expected
