@@ -222,9 +222,9 @@ class WaveObserver:
         tuning = self._tune(now_s, dt_s)
         splits = self._splits
         if splits is None or any(split.is_off(velocity) for split, velocity in zip(splits, velocities, strict=True)):
-            x, y, n = self._accelerations(thrust, velocities, water, motion.attitude[2])
+            x, y, n = self._accelerations(thrust, velocities[:2], water, motion.attitude[2])
             splits = self._splits = _Split(velocities[0], x), _Split(velocities[1], y), _Split(velocities[2], n)
-        slow = splits[0].slow, splits[1].slow, splits[2].slow
+        slow = splits[0].slow, splits[1].slow
         accelerations = self._accelerations(thrust, slow, water, motion.attitude[2])
         for split, velocity, acceleration in zip(splits, velocities, accelerations, strict=True):
             split.step(velocity, acceleration, dt_s, tuning)
@@ -262,15 +262,15 @@ class WaveObserver:
         return self._tuning or _Tuning(radps, dt_s)
 
     def _accelerations(
-        self, thrust: Wrench, slow: tuple[float, float, float], water: tuple[float, float], yaw_rad: float
+        self, thrust: Wrench, slow: tuple[float, float], water: tuple[float, float], yaw_rad: float
     ) -> tuple[float, float, float]:
-        """By thrust and damping, in NED; what else the hull meets counts as unknown forces. `slow`: its velocity."""
-        hull, d = self._hull, self._hull.damping
-        u, v = ned_to_body(slow[0] - water[0], slow[1] - water[1], yaw_rad)
+        """By thrust, and by damping along the hull, which a boat that brakes loses fast, in NED; what else the hull
+        meets counts as unknown forces. `slow`: its velocity."""
+        hull = self._hull
+        u, _ = ned_to_body(slow[0] - water[0], slow[1] - water[1], yaw_rad)
         surge_n = thrust.surge_n - hull.drag_n(u)
-        sway_n = thrust.sway_n - (d.y_v + d.y_vv * abs(v)) * v
-        north, east = body_to_ned(surge_n / hull.m11_kg, sway_n / hull.m22_kg, yaw_rad)
-        return north, east, (thrust.yaw_nm - (d.n_r + d.n_rr * abs(slow[2])) * slow[2]) / hull.m33_kgm2
+        north, east = body_to_ned(surge_n / hull.m11_kg, thrust.sway_n / hull.m22_kg, yaw_rad)
+        return north, east, thrust.yaw_nm / hull.m33_kgm2
 
 
 def _between(value: float, low: float, high: float) -> float:
