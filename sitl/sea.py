@@ -20,7 +20,8 @@ from sitl.wave_hull import DriftTable, Met, WaveHull, followed, heaves, pitches,
 
 Array = NDArray[np.float64]
 
-_EVERY_S = 0.1  # in which the responses change linearly to those of a new heading and speed
+_EVERY_S = 0.1  # between two looks at heading and speed, to which the responses then go
+_SETTLES = 12  # looks, after which the responses are there: what is left falls by 0.7 from one to the next
 _TURNED_RAD, _FASTER_MPS = 0.03, 0.1  # a smaller change is not worth new ones
 _WAKE_TILT = 0.6  # share of a wake's slope that the hull follows
 _HEAVE, _HEAVE_RATE, _HEAVE_ACC, _ROLL, _PITCH, _YAW, _NORTH, _EAST, _RE, _IM = range(10)
@@ -53,6 +54,8 @@ class Sea(Waves):
         "_place",
         "_places",
         "_rise",
+        "_settling",
+        "_steeper",
         "_sums",
         "_t_s",
         "_table",
@@ -94,9 +97,10 @@ class Sea(Waves):
         self.roll_rad = self.pitch_rad = 0.0
         self.orbit = (0.0, 0.0, 0.0)
         self._at = self._heading_and_speed()  # those of the responses
-        self._matrix = self._rise = self._responses()
+        self._matrix = self._target = self._responses()
         self._sums = np.empty(len(self._matrix))
-        self._target: Array | None = None  # responses on the way to which the matrix is
+        self._rise, self._steeper = np.zeros_like(self._matrix), np.zeros_like(self._matrix)  # a step, and its change
+        self._settling = 0  # looks until the matrix is the target
         super().__init__(wind, seed)
 
     def update(self, t_s: float) -> None:
@@ -105,7 +109,8 @@ class Sea(Waves):
         begun = self._t_s >= 0.0 and dt_s > 0.0
         if t_s >= self._due_s:
             self._renew(t_s, dt_s if begun else 0.0)
-        if self._target is not None:
+        if self._settling:
+            self._rise += self._steeper
             self._matrix += self._rise
         place = self._place
         place[0] = t_s
@@ -150,20 +155,26 @@ class Sea(Waves):
         return found
 
     def _renew(self, t_s: float, dt_s: float) -> None:
-        """Begin the way to the responses at a new heading or speed; at the first step they hold at once."""
+        """Go on to the responses at the present heading and speed, without a jump of the rates: an inertial sensor
+        feels it. At the first step they hold at once."""
         self._due_s = t_s + _EVERY_S - 1e-9
         yaw, north, east = now = self._heading_and_speed()
         changed = abs(wrap_pi(yaw - self._at[0])) > _TURNED_RAD or (
             math.hypot(north - self._at[1], east - self._at[2]) > _FASTER_MPS
         )
-        if self._target is not None:  # arrived
-            self._matrix, self._target = self._target, None
-        if changed or dt_s <= 0.0:
-            self._at, wanted = now, self._responses()
-            if dt_s <= 0.0:
-                self._matrix = wanted
-                return
-            self._target, self._rise = wanted, (wanted - self._matrix) * (dt_s / _EVERY_S)
+        if dt_s <= 0.0:
+            self._at, self._matrix, self._settling = now, self._responses(), 0
+            self._target = self._matrix
+            return
+        if changed:
+            self._at, self._target, self._settling = now, self._responses(), _SETTLES
+        elif self._settling:
+            self._settling -= 1
+            if not self._settling:
+                self._matrix, self._rise = self._target, np.zeros_like(self._rise)
+        if self._settling:
+            share = dt_s / _EVERY_S
+            self._steeper = share * (share * (self._target - self._matrix) - self._rise)
 
     def _heading_and_speed(self) -> tuple[float, float, float]:
         """Heading, and velocity over ground to north and east without the orbital motion."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from companion.allocation.astray import Astray
 from companion.allocation.foresight import Foresight, ThrusterPlan
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
@@ -37,6 +38,8 @@ _WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under
 _MOST_OF_SHARE = 1.1  # of what the unconstrained solution gives it, while a thruster turns there
 _NOTHING_N = 1.0e-3
 _UNCONSTRAINED = 1  # ALLOC_KIND
+_MUCH_SHARE = 0.5  # of the demand
+_GIVEN_SHARE = 0.1  # of the demand: less may be missing where thrusters give it
 _LEEWAY = 0.01  # share of full force by which a thruster may push harder or less than foreseen
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
@@ -178,6 +181,8 @@ class Allocator(_AllocatorBase):
         self._against_s = [0.0] * len(self._thrusters)
         self._strong_side = StrongSide(self._thrusters)
         self._thrift = Thrift(self._thrusters)
+        self._astray = Astray(self._thrusters)
+        self._much_missing = False  # of the demand
         self._thrifty = False  # in this cycle
 
     def update(
@@ -205,7 +210,9 @@ class Allocator(_AllocatorBase):
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         self._lacking = self._off(wrench, allocation.achieved)
-        self._useful = max(0.0, self._off(wrench, ZERO_WRENCH) - self._lacking)
+        wanted = self._off(wrench, ZERO_WRENCH)
+        self._useful = max(0.0, wanted - self._lacking)
+        self._much_missing = self._lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
         return allocation
 
     def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> ThrusterPlan | None:
@@ -250,6 +257,7 @@ class Allocator(_AllocatorBase):
         self._wasted = self._power_wasted(ideal)
         self._see_thrift(ideal, dt_s)
         self._strong_side.see(self._forces, dt_s)
+        astray = not aimed and self._have_gone_astray(wrench, ideal, dt_s)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
@@ -260,6 +268,9 @@ class Allocator(_AllocatorBase):
                 self._bound_turn(i, t, dt_s)
                 if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)
+                elif astray and self._crossing[i] is None:
+                    direction_rad = math.atan2(ideal[i][1], ideal[i][0])
+                    self._turn_with_thrust(i, t, ideal[i], self._aim(i, t, direction_rad)[0], dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
         self._pushed_n = [
             force if abs(force) > _NOTHING_N else last for force, last in zip(self._forces, self._pushed_n, strict=True)
@@ -316,17 +327,19 @@ class Allocator(_AllocatorBase):
         if self._foreseen is not None:
             self._follow(i, t, self._foreseen)
             return
-        share = math.hypot(*ideal) / t.max_n
-        if self._alone or share < _WORTH_AIMING:
-            return
+        if not self._alone and math.hypot(*ideal) >= _WORTH_AIMING * t.max_n:
+            aim_rad = t.aim_rad(math.atan2(ideal[1], ideal[0]), self._azimuths[i])
+            self._turn_with_thrust(i, t, ideal, aim_rad, dt_s)
+
+    def _turn_with_thrust(self, i: int, t: Thruster, ideal: tuple[float, float], aim_rad: float, dt_s: float) -> None:
+        """Turn one thruster to `aim_rad`. On the way it pushes towards `ideal`, and hardly harder than that."""
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         direction = math.atan2(ideal[1], ideal[0])
-        aim = t.aim_rad(direction, present)
         low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]
-        step = min(high, max(low, min(present + reach, max(present - reach, aim))))
+        step = min(high, max(low, min(present + reach, max(present - reach, aim_rad))))
         problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
         least, most = problem.force_low_n[i], problem.force_high_n[i]
-        useful_n = _MOST_OF_SHARE * share * t.max_n
+        useful_n = _MOST_OF_SHARE * math.hypot(*ideal)
         if math.cos(step - direction) < 0.0:
             problem.force_low_n[i] = min(most, max(least, -useful_n))
             problem.force_high_n[i] = max(least, min(most, 0.0))
@@ -371,6 +384,28 @@ class Allocator(_AllocatorBase):
         else:
             problem.preferred_weight[i] = 0.0
             self._apart_s[i] = 0.0
+
+    def _have_gone_astray(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float) -> bool:
+        """Whether to turn the thrusters to their azimuths in the unconstrained solution `ideal`: there they give what
+        is demanded."""
+        judged = self._much_missing and not self._alone and all(azimuth is None for azimuth in self._crossing)
+        if not judged or not self._would_do(wrench, ideal):
+            self._astray.reset()
+            return False
+        shares = [math.hypot(x, y) / t.max_n for t, (x, y) in zip(self._thrusters, ideal, strict=True)]
+        aims = [self._aim(i, t, math.atan2(ideal[i][1], ideal[i][0]))[0] for i, t in enumerate(self._thrusters)]
+        return self._astray.update(shares, aims, self._azimuths, dt_s)
+
+    def _would_do(self, wrench: Wrench, ideal: Sequence[tuple[float, float]]) -> bool:
+        """Whether the forces `ideal` are within the limits and give the demand; after a failure nothing may."""
+        x = y = n = 0.0
+        for t, (force_x, force_y) in zip(self._thrusters, ideal, strict=True):
+            if not t.turns:
+                force_x, force_y = force_x * math.cos(t.rest_rad), force_x * math.sin(t.rest_rad)
+            if math.hypot(force_x, force_y) > t.max_n:
+                return False
+            x, y, n = x + force_x, y + force_y, n + t.x_m * force_y - t.y_m * force_x
+        return self._off(wrench, Wrench(x, y, n)) < _GIVEN_SHARE * self._off(wrench, ZERO_WRENCH)
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """While every axis is given, the mean demand is taken."""

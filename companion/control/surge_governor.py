@@ -31,10 +31,11 @@ class SurgeGovernor:
     def limited(
         self, setpoint: HeadingSetpoint, nav: NavState, limit_mps: float, braking_mps2: float, now_s: float
     ) -> HeadingSetpoint:
-        """The setpoint, with what pushes it and at most the surge force m11 (ω (u_lim − u) − a) + X(u_lim) − pushed.
+        """The setpoint, with what pushes it and at most the surge force m11 (2ω (u_lim − u) − a) + X(u_lim) − pushed.
 
         The limit counts in the direction of the force, at none in that of the motion. ω is PATH_BW_SURGE; `pushed` is
-        the integral of m11 (ω/2)² (u − u_lim), which makes both poles −ω/2. An infinite limit clears it.
+        the integral of m11 ω² (u − u_lim), which makes both poles −ω: wind that the error of the modelled drag hides
+        shows while the boat slows down, and is to be learnt on the last metres. An infinite limit clears it.
         """
         dt_s, self._then_s = now_s - self._then_s, now_s
         if not 0.0 <= dt_s <= _LONGEST_GAP_S or math.isinf(limit_mps):
@@ -46,9 +47,9 @@ class SurgeGovernor:
         slack_mps = limit_mps - sign * nav.surge_mps
         pushed_n = sign * self._pushed_n
         drag_n, _, _ = damping(self._hull, limit_mps, 0.0, 0.0)
-        most_n = mass * (bandwidth * slack_mps - braking_mps2) + drag_n - pushed_n
+        most_n = mass * (2.0 * bandwidth * slack_mps - braking_mps2) + drag_n - pushed_n
         governed = sign * wrench.surge_n > most_n
-        rate = -mass * (0.5 * bandwidth) ** 2 * slack_mps if governed else -0.5 * bandwidth * pushed_n
+        rate = -mass * bandwidth**2 * slack_mps if governed else -0.5 * bandwidth * pushed_n
         self._pushed_n = sign * min(self._strongest_n, max(0.0, pushed_n + rate * dt_s))
         if not governed:
             return setpoint

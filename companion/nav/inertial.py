@@ -24,6 +24,7 @@ _DOWN_PERIOD_S = 0.2
 _FIRST_S = 1.0  # after the start, for the first position
 _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
+_DOWN_SAMPLES = 15.0  # of them that share one error: the boat heaves as long as a wave, and its group, pass
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _ANEW_SIGMA_MPS, _ANEW_TILT_SIGMA_RAD, _ANEW_YAW_SIGMA_RAD = 0.3, math.radians(3.0), math.radians(15.0)
 _LIKELY_BIASES = 3.0  # sigmas of the gyro's bias at switch-on
@@ -82,7 +83,9 @@ class InertialSolution:
         """Begin from another solution's motion and (roll_rad, pitch_rad). The biases learnt before stay, with the
         variances of a first start."""
         noise = self.filter.noise
-        sigmas = [max(motion.position_sigma_m, 0.02)] * 3 + [max(motion.velocity_sigma_mps, 0.1)] * 3
+        position_m, velocity_mps = max(motion.position_sigma_m, 0.02), max(motion.velocity_sigma_mps, 0.1)
+        sigmas = [position_m, position_m, max(position_m, _DOWN_SIGMA_M)]
+        sigmas += [velocity_mps, velocity_mps, max(velocity_mps, _DOWN_SIGMA_MPS)]
         sigmas += [tilt_sigma_rad, tilt_sigma_rad, max(motion.yaw_sigma_rad, 0.01)]
         sigmas += [noise.accelerometer_switch_on_mps2] * 3 + [noise.gyro_switch_on_radps] * 3
         attitude = (tilt[0], tilt[1], motion.attitude[2])
@@ -182,7 +185,7 @@ class InertialSolution:
         self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
             self._down_s = imu.t_s
-            self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
+            self.filter.fuse_down(0.0, _DOWN_SAMPLES * _DOWN_SIGMA_M**2, _DOWN_SAMPLES * _DOWN_SIGMA_MPS**2)
             self._stop_if_diverged()
             self._bound_biases()
             self.odometer.learn(imu.t_s, self.filter.gyro_bias[2], self._bias_sigma_radps())

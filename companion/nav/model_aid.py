@@ -69,7 +69,9 @@ class ModelAid:
         if self._waves is None or not parameters["DP_WAVES"]:
             return None
         place_radps = max(parameters["DP_BW_SURGE"], parameters["DP_BW_SWAY"])
-        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]))
+        current = None if self.current is None else self.current.estimate(now_s)
+        water = (0.0, 0.0) if current is None else current[:2]
+        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]), water)
 
 
 def _impossible_mps(vessel: VesselConfig | None) -> float:

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 from companion.core.readings import GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, Reading
 
 _NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
+_MOST_HALF_S = 0.005  # a sensor may send faster than its row says
 _LONGEST_S = 0.5  # no sensor, however slow, holds up the filter by more: what comes later is fused by its lag
 
 
@@ -21,9 +21,16 @@ class ReadingQueue:
     yet, and the longest latency.
     """
 
-    def __init__(self, latencies_s: Mapping[str, float], late_s: Callable[[str], float]) -> None:
-        """`latencies_s`: by the vessel's file; `late_s(source)`: of a receiver, beyond that."""
+    def __init__(
+        self,
+        latencies_s: Mapping[str, float],
+        late_s: Callable[[str], float],
+        periods_s: Mapping[str, float] | None = None,
+    ) -> None:
+        """`latencies_s`: by the vessel's file; `late_s(source)`: of a receiver, beyond that. `periods_s`: between two
+        samples of an inertial sensor."""
         self._latencies_s, self._late_s = latencies_s, late_s
+        self._half_s = {source: min(0.5 * period_s, _MOST_HALF_S) for source, period_s in (periods_s or {}).items()}
         self._lags_s: dict[tuple[str, bool], float] = {}
         self._settled: set[str] = set()  # sources that are no receivers: their latency never changes
         self.lag_s = 0.0
@@ -34,19 +41,24 @@ class ReadingQueue:
         arrived = [self._dated(reading) for reading in readings if type(reading) in _NAVIGATION]
         if arrived:
             self.pending.extend(arrived)
-            self.pending.sort(key=attrgetter("t_s"))
+            self.pending.sort(key=self._turn_s)
 
     def due(self, now_s: float) -> list[Reading]:
-        """Take out the readings up to `now_s` less the longest latency, in order of time."""
+        """Take out the readings up to `now_s` less the longest latency, in order of time. Each meets the inertial
+        sample nearest to it: the turns and accelerations of waves change in a few milliseconds."""
         horizon_s = now_s - self.lag_s
         count = 0
         for reading in self.pending:
-            if reading.t_s > horizon_s:
+            if self._turn_s(reading) > horizon_s:
                 break
             count += 1
         due = self.pending[:count]
         del self.pending[:count]
         return due
+
+    def _turn_s(self, reading: Reading) -> float:
+        """The time by which readings are in order: an inertial sample holds from half a period before it on."""
+        return reading.t_s - self._half_s.get(reading.source, 0.0) if type(reading) is Imu else reading.t_s
 
     def _dated(self, reading: Reading) -> Reading:
         if type(reading) is Imu and reading.source in self._settled:

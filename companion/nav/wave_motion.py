@@ -22,7 +22,7 @@ import numpy as np
 from companion.config.hull import HullConfig
 from companion.core.actuation import Wrench
 from companion.core.estimate import WaveMotion
-from companion.core.frames import body_to_ned
+from companion.core.frames import body_to_ned, ned_to_body
 from companion.nav.solution import Motion
 
 _HIGH_PASS_RADPS = 1.0  # of the velocities that tell the waves' frequency: above the motion of positioning
@@ -103,9 +103,10 @@ class _Split:
 
     __slots__ = ("acceleration", "displacement", "slow", "wave")
 
-    def __init__(self, velocity: float) -> None:
-        self.slow = velocity
-        self.acceleration = self.displacement = self.wave = 0.0
+    def __init__(self, velocity: float, acceleration: float) -> None:
+        """The boat moves steadily: unknown forces balance what gives it the known `acceleration`."""
+        self.slow, self.acceleration = velocity, -acceleration
+        self.displacement = self.wave = 0.0
 
     def is_off(self, velocity: float) -> bool:
         """Whether the velocity has been set anew."""
@@ -196,10 +197,16 @@ class WaveObserver:
         self._tuned_s = self._last_s = -math.inf
 
     def update(
-        self, now_s: float, thrust: Wrench | None, motion: Motion, bandwidths_radps: tuple[float, float]
+        self,
+        now_s: float,
+        thrust: Wrench | None,
+        motion: Motion,
+        bandwidths_radps: tuple[float, float],
+        water: tuple[float, float] = (0.0, 0.0),
     ) -> WaveMotion | None:
         """`thrust`: on the hull since the last call, None if unknown: then the observer begins anew.
-        `bandwidths_radps`: of the positioning law, for place and yaw."""
+        `bandwidths_radps`: of the positioning law, for place and yaw. `water`: velocity of the water (NED), 0 while it
+        is unknown."""
         dt_s, self._last_s = now_s - self._last_s, now_s
         if thrust is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
             self._begin()
@@ -215,8 +222,10 @@ class WaveObserver:
         tuning = self._tune(now_s, dt_s)
         splits = self._splits
         if splits is None or any(split.is_off(velocity) for split, velocity in zip(splits, velocities, strict=True)):
-            splits = self._splits = _Split(velocities[0]), _Split(velocities[1]), _Split(velocities[2])
-        accelerations = self._accelerations(thrust, motion.attitude[2])
+            x, y, n = self._accelerations(thrust, velocities[:2], water, motion.attitude[2])
+            splits = self._splits = _Split(velocities[0], x), _Split(velocities[1], y), _Split(velocities[2], n)
+        slow = splits[0].slow, splits[1].slow
+        accelerations = self._accelerations(thrust, slow, water, motion.attitude[2])
         for split, velocity, acceleration in zip(splits, velocities, accelerations, strict=True):
             split.step(velocity, acceleration, dt_s, tuning)
         north, east, turn = splits
@@ -252,10 +261,15 @@ class WaveObserver:
             self._tuning, self._tuned_s = _Tuning(radps, dt_s), now_s
         return self._tuning or _Tuning(radps, dt_s)
 
-    def _accelerations(self, thrust: Wrench, yaw_rad: float) -> tuple[float, float, float]:
-        """By the thrust alone, in NED; damping, wind and current are unknown forces."""
+    def _accelerations(
+        self, thrust: Wrench, slow: tuple[float, float], water: tuple[float, float], yaw_rad: float
+    ) -> tuple[float, float, float]:
+        """By thrust, and by damping along the hull, which a boat that brakes loses fast, in NED; what else the hull
+        meets counts as unknown forces. `slow`: its velocity."""
         hull = self._hull
-        north, east = body_to_ned(thrust.surge_n / hull.m11_kg, thrust.sway_n / hull.m22_kg, yaw_rad)
+        u, _ = ned_to_body(slow[0] - water[0], slow[1] - water[1], yaw_rad)
+        surge_n = thrust.surge_n - hull.drag_n(u)
+        north, east = body_to_ned(surge_n / hull.m11_kg, thrust.sway_n / hull.m22_kg, yaw_rad)
         return north, east, thrust.yaw_nm / hull.m33_kgm2
 
 

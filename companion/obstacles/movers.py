@@ -151,17 +151,28 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most
         for end, other in ((hits[0], parts[index - 1]), (hits[-1], parts[(index + 1) % len(parts)]))
         if other is not hits
         for there in (other[0], other[-1])
-    ) or any(_continues(hits, parts[number % len(parts)]) for number in (index - 1, index + 1))
+    ) or any(
+        _continues(hits, other) or _continues(_face(ends), other)
+        for ends, other in ((hits, parts[index - 1]), (hits[::-1], parts[(index + 1) % len(parts)]))
+        if other is not hits
+    )
     cut = float(np.hypot(hits[:, 0] - place[0], hits[:, 1] - place[1]).max()) > _SURE_SHARE * most_m
     return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden and not cut)
 
 
+def _face(hits: Floats) -> Floats:
+    """The first hits of a group as far as they make a face: a quay seen round its corner has two."""
+    off = np.hypot(hits[:, 0] - hits[0, 0], hits[:, 1] - hits[0, 1])
+    far = np.nonzero(off >= _LINE_M)[0]
+    return hits[: far[0] + 1] if len(far) else hits[:1]
+
+
 def _continues(hits: Floats, other: Floats) -> bool:
-    """Whether another part of the scan lies on the straight line through a long group: a quay is seen in pieces where
-    it is seen along its face."""
+    """Whether another part of the scan lies on the straight line through long neighbouring hits: a quay is seen in
+    pieces where it is seen along its face."""
     along = hits[-1, :2] - hits[0, :2]
     length_m = float(np.hypot(*along))
-    if length_m < _LINE_M or other is hits:
+    if length_m < _LINE_M:
         return False
     off = other[:, :2] - hits[:, :2].mean(axis=0)
     beside = np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]) / length_m

@@ -84,12 +84,14 @@ class PoseKeeper:
         return self._reference.target
 
     def start(self, nav: NavState) -> None:
-        """Begin from the boat's present motion and come to rest on the shortest way, with the present heading."""
+        """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
+        the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(nav, self._parameters)
         fast = abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"]
+        by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
-        self._braking = nav if fast and (self._fence is None or self._fence.cause is None) else None
-        self._begin(nav, self._planned, nav.yaw_rad)
+        self._braking = nav if fast and by_fence is None else None
+        self._begin(nav, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
 
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
         """Lead the reference from the boat's motion to a place."""

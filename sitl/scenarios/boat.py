@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from companion.config.hull import AIR_KGPM3
 from companion.config.reversing import stern_first_refusal, turns_on_the_spot
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.top_speed import top_speed_mps
@@ -18,6 +19,7 @@ from sitl.scenarios.rig import Conditions
 Ability = Callable[[VesselConfig], str | None]
 """Why a boat cannot do a scenario, in one sentence; None where it can."""
 
+_HALVINGS = 20
 _FAST_SHARE = 0.8  # of the top speed: also in wind and current, such a boat is fast
 
 
@@ -41,6 +43,18 @@ def holds_by_drifting(config: VesselConfig) -> bool:
 def fast_mps(config: VesselConfig, asked_mps: float) -> float:
     """The least speed at which the boat counts as fast: as asked, or a share of the top speed of a slower one."""
     return min(asked_mps, _FAST_SHARE * top_speed_mps(config))
+
+
+def leeway_mps(config: VesselConfig, wind_ahead_mps: float) -> float:
+    """Speed through the water at which wind from astern drives the hull ahead, by the drag and the windage of the file;
+    0 in wind from ahead. `wind_ahead_mps`: its part along the hull, positive ahead."""
+    low, high = 0.0, max(0.0, wind_ahead_mps)
+    pull = 0.5 * AIR_KGPM3 * config.windage.cx * config.windage.frontal_m2
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        pushed = config.hull.drag_n(middle) < pull * (wind_ahead_mps - middle) ** 2
+        low, high = (middle, high) if pushed else (low, middle)
+    return 0.5 * (low + high)
 
 
 def drifting(config: VesselConfig) -> str | None:

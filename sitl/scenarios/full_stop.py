@@ -14,7 +14,7 @@ from companion.config.dimensions.limits import support_n
 from companion.config.hull import HullConfig
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.boat import fast_mps, motor
+from sitl.scenarios.boat import comes_back, fast_mps, leeway_mps, motor
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -53,7 +53,14 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     way_m, time_s = _stop(gcs.rig.config, speed_mps)
     gcs.sail(time_s + number(settings, "time"))
     fast = fast_mps(gcs.rig.config, number(settings, "fast"))
-    return {"from_s": from_s, "speed_mps": speed_mps, "way_m": way_m, "time_s": time_s, "fast_mps": fast}
+    return {
+        "from_s": from_s,
+        "speed_mps": speed_mps,
+        "way_m": way_m,
+        "time_s": time_s,
+        "fast_mps": fast,
+        "config": gcs.rig.config,
+    }
 
 
 def _stop(config: VesselConfig, speed_mps: float) -> tuple[float, float]:
@@ -79,7 +86,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     track = between(read_truth(folder), asked["from_s"])
     parameters = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["parameters"]
     start = track[0]
-    rest = next((row for row in track if abs(row["surge_mps"]) <= _REST_MPS), track[-1])
+    rest = next((row for row in track if _rests(row, asked["config"])), track[-1])
     after = between(track, rest["t_s"])
     metrics = {
         "speed_mps": asked["speed_mps"] - _stream_mps(start),
@@ -94,6 +101,16 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         Check("from the place of rest afterwards", metrics["moves_on_m"], parameters["DP_ALARM_R"], "m"),
     )
     return metrics, checks
+
+
+def _rests(row: Mapping[str, float], config: VesselConfig) -> bool:
+    """Whether the boat has no way of its own along its hull. Nothing but a turn stops one without way astern in a wind
+    and a current that drive it ahead."""
+    driven_mps = 0.0
+    if comes_back(config):
+        wind_ahead_mps = -row["wind_speed_mps"] * math.cos(row["wind_from_rad"] - row["yaw_rad"])
+        driven_mps = leeway_mps(config, wind_ahead_mps) + max(0.0, _stream_mps(row))
+    return -_REST_MPS <= row["surge_mps"] <= _REST_MPS + driven_mps
 
 
 def _stream_mps(row: Mapping[str, float]) -> float:

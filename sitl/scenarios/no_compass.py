@@ -23,7 +23,7 @@ from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _MANUAL, _HOLD = 0x00010000, 0x03040000
-_FOUND = "Heading source: motion"
+_FOUND = ("Heading source: motion", "Heading source: course over ground")  # a fast boat steers by its course
 _LOST = "Heading lost"
 _PATIENCE_S = 120.0  # of pushing
 _HEADING_DEG = 15.0  # as far as Hold may be misled
@@ -44,7 +44,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Rest, push where that was not enough, hold."""
     gcs.set_parameter("ARM_NEED_POS", 0.0)
     from_s = gcs.rig.now_s
-    while gcs.rig.now_s < from_s + number(settings, "rest") and not _found(gcs):
+    while gcs.rig.now_s < from_s + number(settings, "rest") and not found(gcs):
         gcs.step()
     pushed_s = gcs.rig.now_s
     gcs.set_mode(_MANUAL)
@@ -63,14 +63,15 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     }
 
 
-def _found(gcs: GroundStation) -> bool:
+def found(gcs: GroundStation) -> bool:
+    """Whether the boat has said by what it knows its heading now."""
     return any(text.startswith(_FOUND) for text in gcs.texts)
 
 
 def _push_to_and_fro(gcs: GroundStation, push_s: float) -> None:
     """Push ahead and astern in turn until the heading is found."""
     begin_s = gcs.rig.now_s
-    while not _found(gcs):
+    while not found(gcs):
         if gcs.rig.now_s > begin_s + _PATIENCE_S:
             raise GroundStationTimeout(f"no heading after {_PATIENCE_S:g} s; last texts: {gcs.texts[-3:]}")
         ahead = (gcs.rig.now_s - begin_s) % (2.0 * push_s) < push_s

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
 from companion.allocation.allocator import Allocator
+from companion.allocation.astray import Astray
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
@@ -333,3 +335,52 @@ def test_an_outboard_that_steers_astern_comes_to_push_ahead() -> None:
     settle(a, Wrench(-40.0, 0.0, 60.0), 40)
     result = settle(a, Wrench(80.0, 0.0, 60.0), 60)
     assert result.thrusters[0].force_n > 60.0 and result.achieved.yaw_nm > 40.0
+
+
+def across(mirrored_deg: float) -> Allocator:
+    """The azimuths of ÅBOAT mirrored across the hull, without thrust."""
+    a = Allocator(ABOAT, Parameters())
+    a.direct(
+        (ThrusterCommand(0.0, 0.0, -math.radians(mirrored_deg)), ThrusterCommand(0.0, 0.0, math.radians(mirrored_deg))),
+        dt_s=10.0,
+    )
+    return a
+
+
+@pytest.mark.parametrize(
+    "moment_nm",
+    [
+        lambda _: -10.0,
+        lambda t_s: -4.0 - 13.0 * math.sin(math.tau * t_s / 1.3),
+        lambda t_s: 15.0 * math.sin(math.tau * t_s / 1.1),
+    ],
+    ids=["steady", "a mean in waves", "waves"],
+)
+def test_across_the_hull_thrusters_turn_to_push_astern_though_there_they_give_the_moment_at_once(
+    moment_nm: Callable[[float], float],
+) -> None:
+    """A boat that slows down before a fence: for the moment its thrusters stayed across, and gave nothing of the force
+    for as long as it changed sides, and for eight seconds of a steady one."""
+    a = across(57.0)
+    turn_s = math.radians(57.0 + 30.0) / ABOAT.thrusters[0].azimuth_rate_radps
+    given = [a.update(Wrench(-30.0, 0.0, moment_nm(DT_S * k)), DT_S).achieved.surge_n for k in range(60)]
+    late = given[round((turn_s + 0.8) / DT_S) :]
+    assert sum(late) / len(late) < -25.0 and max(late) < -12.0
+
+
+def test_one_thruster_that_is_left_is_not_turned_to_demands_that_it_cannot_give(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of force and moment one azimuth gives a mixture. Turned to that of each moment it swung four times as much, and
+    the boat was driven off further."""
+
+    def turns(*_: object) -> bool:
+        raise AssertionError("it turns to an aim")
+
+    monkeypatch.setattr(Astray, "update", turns)
+    a = across(57.0)
+    a.set_failed(0, True)
+    settle(a, Wrench(-30.0, 20.0, 15.0), 30)
+    a.set_failed(0, False)
+    with pytest.raises(AssertionError, match="an aim"):
+        settle(a, Wrench(-30.0, 0.0, -10.0), 30)

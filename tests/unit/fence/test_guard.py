@@ -584,6 +584,21 @@ def test_a_boat_that_drifts_in_its_watch_circle_holds_so_far_inside_that_the_cir
     assert guard.held_place((60.0, 5.0)) == (60.0, 5.0), "outside it holds where it is"
 
 
+@pytest.mark.parametrize("by_fence", [True, False])
+def test_stopped_by_the_fence_a_boat_holds_with_the_margin_to_spare(boat: Boat, by_fence: bool) -> None:
+    """A boat that had come to rest with its bow at the line was pushed over it by waves. An operator who chooses Hold
+    there holds there."""
+    fence(boat)
+    inside_m = 50.0 - boat.fence_guard.kept_m
+    at(boat, inside_m + (0.05 if by_fence else 0.4), 5.0)
+    armed_in(boat, ModeId.HEADING if by_fence else ModeId.HOLD)
+    if by_fence:
+        at(boat, inside_m + 0.05, 5.0, north_mps=0.2)
+    boat.step(20.0)
+    assert boat.status.mode is ModeId.HOLD
+    assert boat.setpoint.progress.target.north_m == pytest.approx(inside_m + (0.0 if by_fence else 0.4), abs=0.02)
+
+
 def test_room_ahead_of_the_boat(boat: Boat) -> None:
     guard = boat.supervisor.parts.fence
     assert guard.room_m((40.0, 0.0), 0.0) == math.inf

@@ -144,3 +144,16 @@ def test_a_receiver_whose_latency_nobody_knows_leaves_a_boat_under_way_unsure() 
     made.filter.reset_position(0.0, 0.0, ZERO, 1e-4, 0.0)
     assert known_m < 0.05
     assert made.motion(30.0).position_sigma_m == pytest.approx(0.15 * 2.0 / math.sqrt(2.0), rel=0.02)  # on one axis
+
+
+def test_a_filter_that_begins_in_a_wave_soon_knows_how_the_boat_heaves() -> None:
+    """That a boat floats tells little of it: heave lasts as long as its waves, and is no new error each time."""
+    made, heave_m, radps, worst_mps = at_rest(0.5), 0.15, 4.0, 0.0
+    for k in range(1, 3001):
+        t_s = k / 100
+        made.sample(Imu(t_s, "imu", 0.0, 0.0, -G - heave_m * radps**2 * math.sin(radps * t_s), 0.0, 0.0, 0.0))
+        if k % 10 == 0:
+            made.velocity(t_s, 0.0, 0.0, ZERO, 0.02)
+        if k > 1500:
+            worst_mps = max(worst_mps, abs(made.filter.velocity[2] - heave_m * radps * math.cos(radps * t_s)))
+    assert worst_mps < 0.15 * heave_m * radps

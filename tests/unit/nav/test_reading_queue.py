@@ -65,3 +65,10 @@ def test_a_receiver_that_is_later_than_its_row_says_is_dated_back() -> None:
     LATE_S["gnss"] = -0.25
     made.add([fix(2.0)])
     assert made.pending[-1].t_s == 2.25 and made.lag_s == 0.1  # that of the compass
+
+
+def test_a_reading_meets_the_inertial_sample_nearest_to_it() -> None:
+    """A velocity that met the sample before it, 10 ms older: in waves the antenna swings otherwise by then."""
+    made = ReadingQueue(LATENCIES_S, lambda _: 0.0, {"imu": 0.01})
+    made.add([imu(1.0), fix(1.0099, "near"), imu(1.01), fix(1.013, "near"), imu(1.02)])
+    assert times(made.due(1.02)) == [1.0, 1.01, 1.0099, 1.013, 1.02]

@@ -146,3 +146,21 @@ def test_it_begins_anew_while_the_thrust_is_unknown_and_after_a_jump_of_velocity
     assert seen[395][1] is not None and seen[405][1] is None
     jumped = met(lambda t_s: swell(3.3)(t_s) + (3.0 if 50.0 <= t_s < 50.05 else 0.0), 60.0)
     assert all(waves is None or abs(waves.north_m) < 0.2 for _, waves in jumped)
+
+
+def test_a_boat_that_brakes_makes_no_waves() -> None:
+    """A light boat comes to rest before a wind of 20 N from astern. While it loses its speed, its damping falls by
+    100 N: taken for waves, up to 0.2 m/s of its motion was left alone."""
+    aboat = vessel_config.load(vessel_config.find("aboat"))
+    hull, observer, wave = aboat.hull, WaveObserver(aboat.hull, aboat.length_m), swell(2.0, 0.06)
+    speed_mps, taken_mps = 1.6, []
+    for k in range(600):
+        t_s = DT_S * k
+        wanted_mps = max(0.0, 1.6 - 0.06 * max(0.0, t_s - 25.0))
+        thrust_n = hull.drag_n(wanted_mps) - 20.0 + hull.m11_kg * (wanted_mps - speed_mps)
+        waves = observer.update(t_s, Wrench(thrust_n, 0.0, 0.0), motion(speed_mps + wave(t_s)), (0.35, 0.45))
+        taken_mps.append(0.0 if waves is None else waves.north_mps)
+        speed_mps += DT_S * (thrust_n + 20.0 - hull.drag_n(speed_mps)) / hull.m11_kg
+    whole = round(math.tau / 2.0 / DT_S)  # of a wave: what is left is no wave
+    means = [sum(taken_mps[k : k + whole]) / whole for k in range(300, 570)]
+    assert max(map(abs, means)) < 0.03

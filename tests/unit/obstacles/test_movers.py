@@ -69,3 +69,14 @@ def test_what_comes_to_lie_beside_another_thing_lies() -> None:
     world.round += [RoundObstacle(8.0, -6.0, 1.9), RoundObstacle(4.6, -12.0, 1.0, 0.0, 0.6)]
     assert watched(world, 8.0, stops_s=8.0)
     assert watched(world, 22.0, stops_s=8.0) == []
+
+
+@pytest.mark.parametrize("corner_m, speed_mps, duration_s", [((18.0, 7.0), 1.3, 10.0), ((20.0, 9.0), 1.0, 14.0)])
+def test_a_quay_does_not_move_when_the_boat_comes_round_its_corner(
+    corner_m: tuple[float, float], speed_mps: float, duration_s: float
+) -> None:
+    """Of one side less and less was seen, of the other more and more. A boat fled from that mover onto the quay."""
+    north_m, east_m = corner_m
+    world = Obstacles()
+    world.walls += [Wall(corner_m, (north_m, east_m + 30.0)), Wall(corner_m, (north_m + 80.0, east_m))]
+    assert watched(world, duration_s, speed_mps=speed_mps) == []

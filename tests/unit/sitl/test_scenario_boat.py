@@ -11,7 +11,7 @@ from companion.cli.rig import LockstepRig
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
 from companion.config.vessel import find, load, with_camera
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.boat import fast_mps, holds_by_drifting, sailed_with
+from sitl.scenarios.boat import fast_mps, holds_by_drifting, leeway_mps, sailed_with
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run, settings_for
@@ -135,3 +135,12 @@ def test_fence_stop_begins_with_the_bow_at_the_line_wherever_home_points(tmp_pat
         vessel="sailbot",
     )
     assert headings == [(pytest.approx(math.pi / 2.0), pytest.approx(0.0))]
+
+
+def test_wind_from_astern_drives_a_boat_as_fast_as_its_drag_allows() -> None:
+    """A boat without way astern never came to rest along its hull, and its stop counted as failed."""
+    config = load(find("rescuerunner"))
+    driven_mps = leeway_mps(config, 8.0)
+    push_n = 0.5 * 1.225 * config.windage.cx * config.windage.frontal_m2 * (8.0 - driven_mps) ** 2
+    assert 0.2 < driven_mps < 1.0 and config.hull.drag_n(driven_mps) == pytest.approx(push_n, rel=1e-3)
+    assert leeway_mps(config, -8.0) == pytest.approx(0.0, abs=1e-6)

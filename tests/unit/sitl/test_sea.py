@@ -229,3 +229,18 @@ def test_drift_can_be_left_out() -> None:
     sea = sea_of(regular(0.05, 6.0, EAST), Hull(HULL), drift=False)
     sea.update(0.0)
     assert sea.force() == (0.0, 0.0, 0.0)
+
+
+def test_in_a_turn_the_rates_do_not_jump() -> None:
+    """Ten times a second the response to the waves took another direction: its rate jumped by 1 rad/s within a sample, and an
+    antenna beside the inertial sensor had another velocity than that told."""
+    hull = Hull(HULL)
+    waves = components(SeaState(0.25, EAST, 2.1), EAST, seed=3)
+    sea, rates = sea_of(waves, hull), []
+    for k in range(1200):
+        yaw_rad = 0.37 * k * DT_S
+        hull.place(8.0 / 0.37 * math.sin(yaw_rad), 8.0 / 0.37 * (1.0 - math.cos(yaw_rad)), yaw_rad, 8.0)
+        sea.update(k * DT_S)
+        rates.append(sea.roll_rate_radps)
+    steps = [abs(b - a) for a, b in itertools.pairwise(rates[10:])]
+    assert max(steps) < 0.3
