@@ -203,7 +203,7 @@ def _check_console(arguments: argparse.Namespace) -> None:
 
 def _tell_of_no_devices(folder: Path | None) -> None:
     if folder is not None and not folder.is_dir():
-        complain(f"--devices {folder}: no such folder yet; a `companion sitl` makes it, and prints its name")
+        print(f"--devices {folder}: no such folder yet; a `companion sitl` makes it, and prints its name", flush=True)
 
 
 def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:
