@@ -148,13 +148,14 @@ def _box(arguments: argparse.Namespace, scenario: Scenario, vessel: str, interru
     """The box. Raises ConfigError for a vessel file with errors, UsageError for a boat that cannot do the scenario."""
     from sitl.hunt.box import Box
     from sitl.scenarios.safety import PROPERTIES
+    from sitl.scenarios.scenario import refusal, settings_for
 
     if arguments.prop is not None and arguments.prop not in PROPERTIES:
         raise UsageError(f"--property {arguments.prop}: one of {', '.join(PROPERTIES)}")
     config = load(find(vessel))
-    refused = [text for ability in scenario.needs if (text := ability(config)) is not None]
-    if refused:
-        raise UsageError(f"{scenario.name} is not for {config.name}: {refused[0]}")
+    refused = refusal(scenario, config, settings_for(scenario, vessel, config, {}))
+    if refused is not None:
+        raise UsageError(f"{scenario.name} is not for {config.name}: {refused}")
     strength = BoatStrength(config, interrupted)
     return Box(scenario, vessel, config, strength, faults=not arguments.no_faults, first_seed=arguments.first_seed)
 

@@ -92,7 +92,7 @@ def run(
     """
     config = load(find(vessel or scenario.vessel))
     settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
-    refused = _refusal(scenario, config, settings)
+    refused = refusal(scenario, config, settings)
     if refused is not None:
         raise ScenarioError(f"{scenario.name} is not for {config.name}: {refused}")
     unknown = set(settings) - set(scenario.defaults)
@@ -132,12 +132,15 @@ def run(
     return outcome
 
 
-def _refusal(scenario: Scenario, config: VesselConfig, settings: Settings) -> str | None:
-    """Why the boat cannot do the scenario with these settings, in one sentence with the remedy; None where it can."""
+def refusal(scenario: Scenario, config: VesselConfig, settings: Settings) -> str | None:
+    """Why the boat cannot do the scenario with these settings, in one sentence with the remedy; None where it can. A
+    setting that is left out, since it is not known yet, refuses nothing. Raises ConfigError for a value that means
+    nothing."""
     refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
-    if refused is None and "leader" in scenario.defaults:
+    known = scenario.defaults.keys() & settings.keys()
+    if refused is None and "leader" in known:
         refused = outrun(config, settings["leader"])
-    if refused is None and "hull" in scenario.defaults:
+    if refused is None and "hull" in known:
         refused = other_hull(config, settings["hull"])
     if refused is None and settings.get("magnetometer"):
         refused = magnetometer(config)

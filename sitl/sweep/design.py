@@ -18,8 +18,7 @@ from pydantic import Field
 from companion.config.fields import STRICT, Name, Positive, means
 from companion.config.vessel import ConfigError, VesselConfig, find, load, validated
 from companion.core.nearest import did_you_mean
-from sitl.scenarios.boat import outrun
-from sitl.scenarios.scenario import Scenario, settings_for
+from sitl.scenarios.scenario import Scenario, refusal, settings_for
 
 Value = str | float | int | bool
 Problem = tuple[Sequence[str | int], str]
@@ -203,13 +202,18 @@ def _unknown(name: str, scenarios: Sequence[Scenario], table: str) -> Iterator[s
 
 def _boat_problems(part: PartConfig, scenario: Scenario, vessels: Mapping[str, VesselConfig]) -> Iterator[Problem]:
     for vessel, config in (vessels or {scenario.vessel: load(find(scenario.vessel))}).items():
-        refused = [text for ability in scenario.needs if (text := ability(config)) is not None]
-        leader = "leader" in scenario.defaults and "leader" not in part.levels
-        if leader and "{" not in str(part.settings.get("leader", "")):
-            changes = {key: text_of(value) for key, value in part.settings.items()}
-            try:
-                slow = outrun(config, settings_for(scenario, vessel, config, changes)["leader"])
-                refused += [] if slow is None else [slow]
-            except ConfigError as error:
-                refused += error.problems
-        yield from ((("scenarios",), f"{scenario.name} is not for {vessel}: {text}") for text in refused[:1])
+        settings = settings_for(scenario, vessel, config, {key: text_of(v) for key, v in part.settings.items()})
+        varied = {*part.levels, *part.ranges, *(key for key, text in settings.items() if "{" in text)}
+        fixed = {key: text for key, text in settings.items() if key not in varied}
+        levels = ({**fixed, name: text_of(level)} for name, values in part.levels.items() for level in values)
+        refused = (_refusal(scenario, config, each) for each in (fixed, *levels))
+        text = next((text for text in refused if text is not None), None)
+        if text is not None:
+            yield ("scenarios",), f"{scenario.name} is not for {vessel}: {text}"
+
+
+def _refusal(scenario: Scenario, config: VesselConfig, settings: Mapping[str, str]) -> str | None:
+    try:
+        return refusal(scenario, config, settings)
+    except ConfigError as error:
+        return error.problems[0]

@@ -65,6 +65,7 @@ def test_a_hunt_that_was_cut_off_asks_the_same_again_and_sails_only_the_rest(
         (["hold", "--runs", "0"], "--runs 0: must be at least 1"),
         (["hold", "--minutes", "-1"], "--minutes -1: must be above 0"),
         (["hold", "--vessel", "otter"], "hold is not for otter"),
+        (["ahrs", "--vessel", "blueboat"], "ahrs is not for blueboat"),
     ],
 )
 def test_mistakes_are_told(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -78,3 +78,12 @@ def test_every_mistake_is_told_at_once() -> None:
 def test_a_leader_that_is_too_fast_for_a_boat_is_refused() -> None:
     text = 'name = "a"\n[[part]]\nscenarios = ["follow"]\nvessels = ["revolt"]\nset = { leader = "straight@9" }\n'
     assert "its leader sails 9 m/s" in problems(text)[0]
+
+
+def test_what_a_scenario_refuses_by_its_own_settings_is_said_before_the_first_run() -> None:
+    """A sweep of a night ended at the first boat without a magnetometer."""
+    part = 'name = "a"\n[[part]]\nscenarios = ["ahrs"]\nvessels = ["revolt", "{}"]\n'
+    assert parse(part.format("aboat")).parts[0].vessels == ("revolt", "aboat")
+    levels = 'levels = { magnetometer = ["calibrated", "raw"] }\n'
+    for text in (part.format("blueboat"), part.format("blueboat") + levels):
+        assert "ahrs is not for blueboat: it needs a magnetometer" in problems(text)[0]
