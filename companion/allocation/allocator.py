@@ -398,14 +398,13 @@ class Allocator(_AllocatorBase):
 
     def _would_do(self, wrench: Wrench, ideal: Sequence[tuple[float, float]]) -> bool:
         """Whether the forces `ideal` are within the limits and give the demand; after a failure nothing may."""
-        x = y = n = 0.0
-        for t, (force_x, force_y) in zip(self._thrusters, ideal, strict=True):
-            if not t.turns:
-                force_x, force_y = force_x * math.cos(t.rest_rad), force_x * math.sin(t.rest_rad)
-            if math.hypot(force_x, force_y) > t.max_n:
-                return False
-            x, y, n = x + force_x, y + force_y, n + t.x_m * force_y - t.y_m * force_x
-        return self._off(wrench, Wrench(x, y, n)) < _GIVEN_SHARE * self._off(wrench, ZERO_WRENCH)
+        pairs = list(zip(self._thrusters, ideal, strict=True))
+        forces = [math.hypot(x, y) if t.turns else x for t, (x, y) in pairs]
+        if any(abs(force) > t.max_n for t, force in zip(self._thrusters, forces, strict=True)):
+            return False
+        azimuths = [math.atan2(y, x) if t.turns else t.rest_rad for t, (x, y) in pairs]
+        given = wrench_of(self._thrusters, forces, azimuths)
+        return self._off(wrench, given) < _GIVEN_SHARE * self._off(wrench, ZERO_WRENCH)
 
     def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         """While every axis is given, the mean demand is taken."""

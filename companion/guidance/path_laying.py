@@ -153,8 +153,7 @@ class TrackShape:
 
     def acceptance_m(self, waypoint: Waypoint) -> float:
         """The radius within which a waypoint counts as passed."""
-        given = waypoint.radius_m
-        return given if given is not None and given > 0.0 else self.radius_m
+        return waypoint.own_radius_m or self.radius_m
 
     def _corner_m(self, waypoint: Waypoint) -> float:
         """How near to a waypoint the track passes."""
@@ -169,8 +168,7 @@ class TrackShape:
         return swing_s * (self.cruise_mps if waypoint.speed_mps is None else waypoint.speed_mps)
 
     def _passes_through(self, waypoint: Waypoint) -> bool:
-        given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
-        return self.through and not given
+        return self.through and waypoint.own_radius_m is None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -285,11 +285,7 @@ class PathTracker:
     # --- the place on the track ---
 
     def _radius(self, waypoint: Waypoint) -> float:
-        return (
-            waypoint.radius_m
-            if waypoint.radius_m is not None and waypoint.radius_m > 0.0
-            else self._parameters["NAV_ACC_RAD"]
-        )
+        return waypoint.own_radius_m or self._parameters["NAV_ACC_RAD"]
 
     def _widest_m(self) -> float:
         """The window at which a right-angled corner becomes a bend for full speed: the bend's radius is
@@ -332,15 +328,12 @@ class PathTracker:
         gives, and little where the boat swings through."""
         if self._turning.bends is None:
             return math.inf
-        given_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].radius_m
-        if given_m is not None and given_m > 0.0:
-            radius_m = given_m
-        elif self._laid is not None and self._laid.through:
-            radius_m = THROUGH_M
-        else:
+        through = self._laid is not None and self._laid.through
+        radius_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].own_radius_m
+        if radius_m is None and not through:
             return math.inf
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return math.sqrt(2.0 * _INSIDE * radius_m / (rate * max(self._speed, self._creep_mps())))
+        return math.sqrt(2.0 * _INSIDE * (radius_m or THROUGH_M) / (rate * max(self._speed, self._creep_mps())))
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat has passed the line across the track at the last waypoint."""

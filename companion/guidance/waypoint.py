@@ -15,3 +15,8 @@ class Waypoint:
     radius_m: float | None = None
     speed_mps: float | None = None
     straight: bool = False
+
+    @property
+    def own_radius_m(self) -> float | None:
+        """The radius that the plan gives it; None where it gives none, or 0."""
+        return self.radius_m if self.radius_m is not None and self.radius_m > 0.0 else None
