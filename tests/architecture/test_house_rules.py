@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
+import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -82,4 +84,15 @@ def test_the_top_level_is_as_agreed() -> None:
     pages = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "LICENSE"}
     tools = {"pyproject.toml", "uv.lock", "mkdocs.yml", "Makefile"}
     made = {"out", "build", "dist"}
-    assert {path.name for path in ROOT.iterdir() if not path.name.startswith(".")} - made <= rooms | pages | tools
+    assert {name for name in top_level() if not name.startswith(".")} - made <= rooms | pages | tools
+
+
+def top_level() -> set[str]:
+    """What belongs to the project; where git cannot tell, all that lies there. Somebody's own boat may lie there too:
+    the README makes `my_boat.toml`."""
+    git = shutil.which("git")
+    if git is not None:
+        done = subprocess.run([git, "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode == 0 and done.stdout:
+            return {name.partition("/")[0] for name in done.stdout.splitlines()}
+    return {path.name for path in ROOT.iterdir()}
