@@ -7,7 +7,7 @@ from pathlib import Path
 
 from docs.generate.pages import PAGES, write
 
-if len(sys.argv) != 2:
+if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
     sys.exit("usage: python -m docs.generate DIR")
 write(Path(sys.argv[1]))
 sys.stdout.write(f"{len(PAGES)} files in {sys.argv[1]}\n")
