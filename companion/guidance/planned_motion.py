@@ -29,6 +29,13 @@ _ASIDE_LAG_S = 0.2  # from a command to the force across: azimuths turn a thrust
 _LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
 _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
 _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
+_ASTRAY_RAD, _ALL_ASTRAY_RAD = math.radians(10.0), math.radians(30.0)  # off the plan, between which PATH_YAW_RATE counts more
+_NEAR_M, _LEARNS_M = 0.1, 1.5  # cross-track errors between which the bow learns to lean towards the track
+_LEAN_S, _MOST_LEAN_M = 20.0, 1.0
+_FOLLOWED = 4.0  # times the lean: so much nearer to the track does the bow turn back already
+_MOST_ASIDE_RAD = math.radians(60.0)  # towards the track: a boat in a stream makes good way along it meanwhile
+_STEADY_RADPS = math.radians(1.0)  # slower than this the planned course is a leg's
+_FORGOTTEN_RAD = math.radians(30.0)  # a turn after which a third of the lean is left: the stream comes from elsewhere
 _ASIDE = 0.46  # of the share of the sway limit, for the sideways speed where the bow is not along the track
 _SLOWEST_SHARE = 0.25  # of the commanded speed: no bend slows the boat below it
 _HARDER, _HARDER_MPS2 = 1.5, 0.1  # times the planned braking, and more: a boat that is too fast slows down so hard
@@ -51,8 +58,8 @@ class OnTrack:
 
 class PlannedMotion:
     """Call `take` for a new track, then every tick `is_planned` and, where it is, `update`. Remembers the plan and what
-    it was made for, the mean wind, and the speed and heading of the last setpoint: `speed_mps`, `yaw_rad`, which may be
-    set. `submit`: makes plans beside the control thread."""
+    it was made for, the mean wind, the lean of the bow, and the speed and heading of the last setpoint: `speed_mps`,
+    `yaw_rad`, which may be set. `submit`: makes plans beside the control thread."""
 
     def __init__(
         self, parameters: Parameters, agility: Agility, crab: CrabCompensation, submit: Submit = at_once
@@ -66,6 +73,7 @@ class PlannedMotion:
         self._air: Air | None = None
         self._commanded = parameters["WP_SPEED"]
         self._rise_mps2 = 0.0  # of the last setpoint's speed
+        self._lean_m = 0.0  # by which the bow leans towards the track, as a cross-track error
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
 
@@ -73,6 +81,7 @@ class PlannedMotion:
         """A new track, perhaps with its plan."""
         self._laid, self._plan, self._terms = laid, laid.plan, laid.terms
         self._newer = None
+        self._lean_m = 0.0
         self._planning.drop()
 
     def is_planned(self, nav: NavState, speed_mps: float, s_m: float, dt_s: float) -> bool:
@@ -196,8 +205,10 @@ class PlannedMotion:
         """Take the next heading: the planned course of the bow, turned into the current as at the leg's speed, and
         towards the track where it is far. Returns its rate and acceleration a little further on, and whether the bow
         points into a current that carries the boat along."""
-        far = math.copysign(max(0.0, abs(place.off_m) - _FAR_M), place.off_m)
+        near = max(_NEAR_M, _FAR_M - _FOLLOWED * abs(self._lean_m))
+        far = _beyond(place.off_m, near) + self._lean_m
         aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
+        aside = min(_MOST_ASIDE_RAD, max(-_MOST_ASIDE_RAD, aside))
         last = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
         aside_mps = self._most_sway_mps
         places = (place.s_m, *(plan.ahead_m(place.s_m, i * _ASIDE_LAG_S, pace) for i in (1, 2)))
@@ -205,10 +216,28 @@ class PlannedMotion:
         now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
-        correcting = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"], self.speed_mps)
-        most = (correcting + abs(turn)) * dt_s
-        self.yaw_rad = wrap_pi(last + min(most, max(-most, wrap_pi(now - last))))
-        return turn, change, math.cos(now - courses[0]) < 0.0
+        self._learn_lean(place.off_m, turn, dt_s)
+        missing = wrap_pi(now - last)
+        hurry = min(1.0, max(0.0, (abs(missing) - _ASTRAY_RAD) / (_ALL_ASTRAY_RAD - _ASTRAY_RAD)))
+        most = self._correcting_radps(hurry) + abs(turn)
+        taken = min(most, max(-most, missing / dt_s)) if dt_s > 0.0 else 0.0
+        self.yaw_rad = wrap_pi(last + taken * dt_s)
+        return turn + hurry * (taken - turn), (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
+
+    def _correcting_radps(self, hurry: float) -> float:
+        """How fast the heading comes to the plan: with a share of the planned thrust near it, at PATH_YAW_RATE from
+        far off, while a stream carries the boat away. `hurry`: 0 to 1."""
+        usual = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"], self.speed_mps)
+        return usual + hurry * max(0.0, math.radians(self._parameters["PATH_YAW_RATE"]) - usual)
+
+    def _learn_lean(self, off_m: float, turn_radps: float, dt_s: float) -> None:
+        """Lean the bow towards the track that sideways thrust alone does not reach: none is left where the stream
+        takes all of it ahead."""
+        if abs(turn_radps) > _STEADY_RADPS:
+            self._lean_m *= math.exp(-abs(turn_radps) * dt_s / _FORGOTTEN_RAD)
+        elif abs(off_m) < _LEARNS_M:
+            self._lean_m += _beyond(off_m, _NEAR_M) * dt_s / _LEAN_S
+            self._lean_m = min(_MOST_LEAN_M, max(-_MOST_LEAN_M, self._lean_m))
 
     def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:
         """The poses from now on, with the bow turned into the current as now; as many as are of use."""
@@ -223,3 +252,8 @@ class PlannedMotion:
                 PlannedPose(there.north_m, there.east_m, self._crab.bow_rad(nav, course, speed, aside_mps, yaw))
             )
         return tuple(poses)
+
+
+def _beyond(off_m: float, free_m: float) -> float:
+    """What of an error is more than `free_m`."""
+    return math.copysign(max(0.0, abs(off_m) - free_m), off_m)

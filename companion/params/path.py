@@ -51,12 +51,12 @@ ROWS: tuple[ParamSpec, ...] = (
     real("PATH_ACC", 0.08, 0.01, 5.0, "m/s^2", "Path", "Acceleration and braking along the path"),
     real(
         "PATH_EFFORT",
-        0.0,
+        0.3,
         0.0,
         0.8,
         "norm",
         "Path",
-        "Share of thrust and moment that missions are planned with, by the hull model; 0: PATH_ACC* and PATH_YAW_RATE",
+        "Share of thrust and moment that missions of a boat that can push itself sideways are planned with; 0: no plan",
     ),
     real("PATH_BW_CROSS", 0.35, 0.05, 1.5, "rad/s", "Path", "How fast sideways thrust takes the boat back to its path"),
     choice(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import pytest
@@ -124,3 +125,50 @@ def test_poses_ahead_are_planned_for_thrusters_that_turn_and_for_the_law_that_lo
         assert planned.is_planned(AT_REST, SPEED_MPS, 0.0, DT_S)
         setpoint = planned.update(OnTrack(laid.track, 0.0, laid.track.at(0.0), 0.0), AT_REST, PROGRESS, DT_S)
         assert len(setpoint.ahead) == count
+
+
+def headings(off_m: float, steps: int, nav: NavState = AT_REST, kept: PlannedMotion | None = None) -> list[float]:
+    """The heading asked for on the first leg, which leads north, by a boat that stays `off_m` to starboard of it."""
+    planned, laid = motion() if kept is None else (kept, motion()[1])
+    found = []
+    for _ in range(steps):
+        assert planned.is_planned(nav, SPEED_MPS, 5.0, DT_S)
+        found.append(planned.update(OnTrack(laid.track, 5.0, laid.track.at(5.0), off_m), nav, PROGRESS, DT_S).yaw_rad)
+    return found
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_bow_leans_towards_a_track_that_sideways_thrust_does_not_reach(side: float) -> None:
+    """With all of its thrust against a stream ReVolt stayed 0.2 to 0.5 m beside each leg."""
+    leaning = headings(side * 0.3, 400)
+    assert abs(leaning[0]) < math.radians(0.5)
+    assert -side * leaning[-1] > math.radians(5.0)
+    assert max(abs(yaw) for yaw in headings(side * 0.09, 400)) < math.radians(0.5)
+
+
+def test_a_turn_makes_it_forget_the_lean() -> None:
+    planned, laid = motion()
+    assert planned.is_planned(AT_REST, SPEED_MPS, 5.0, DT_S)
+    headings(0.3, 400, kept=planned)
+    speeds(planned, laid, AT_REST, 20.0, 200)
+    assert abs(headings(0.0, 100, kept=planned)[-1]) < math.radians(1.0)
+
+
+def test_a_bow_far_off_the_plan_comes_round_with_all_haste_and_one_nearly_there_does_not() -> None:
+    """At rest across a stream ReVolt turned at 4 deg/s, which carried it 6 m off its first leg."""
+    rate = math.radians(BOAT.parameters["PATH_YAW_RATE"])
+    astray = replace(AT_REST, yaw_rad=2.0)
+    planned, laid = motion()
+    place = OnTrack(laid.track, 5.0, laid.track.at(5.0), 0.0)
+    assert planned.is_planned(astray, SPEED_MPS, 5.0, DT_S)
+    first = planned.update(place, astray, PROGRESS, DT_S)
+    assert first.yaw_rad == pytest.approx(2.0 - rate * DT_S)
+    assert first.yaw_rate_radps == pytest.approx(-rate)
+    later = headings(0.0, 200, astray, planned)
+    assert later[-1] == pytest.approx(0.0, abs=0.01)
+    assert max(a - b for a, b in itertools.pairwise(later) if b < math.radians(10.0)) < 0.6 * rate * DT_S
+
+
+def test_a_bow_turns_no_further_than_60_degrees_to_a_track_far_away() -> None:
+    """Towards it alone, against a stream, it made no way."""
+    assert headings(20.0, 400)[-1] == pytest.approx(-math.radians(60.0), abs=0.01)
