@@ -251,7 +251,8 @@ class PathTracker:
             here.course_rad
         )
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
-        self._crab.update(nav, self._speed, straight, dt_s)
+        # a planned boat asks for sideways speed itself: taken for drift, it would turn the bow across its course
+        self._crab.update(nav, self._speed, 0.0 if self._plans else straight, dt_s)
         self._crab.sail_at(self._leg_mps(speed_mps), dt_s)
         motion = self._motion
         if motion is not None and self._plans and motion.is_planned(nav, speed_mps, self._s, dt_s):

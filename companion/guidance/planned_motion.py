@@ -29,9 +29,9 @@ _ASIDE_LAG_S = 0.2  # from a command to the force across: azimuths turn a thrust
 _LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
 _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
 _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
-_ASTRAY_RAD, _ALL_ASTRAY_RAD = math.radians(10.0), math.radians(30.0)  # off the plan, between which PATH_YAW_RATE counts more
+_ASTRAY_RAD, _ALL_ASTRAY_RAD = math.radians(10.0), math.radians(30.0)  # off the plan: from one to the other PATH_YAW_RATE counts
 _NEAR_M, _LEARNS_M = 0.1, 1.5  # cross-track errors between which the bow learns to lean towards the track
-_LEAN_S, _MOST_LEAN_M = 20.0, 1.0
+_LEAN_S, _LEAN_LASTS_S, _MOST_LEAN_M = 20.0, 60.0, 1.0
 _FOLLOWED = 4.0  # times the lean: so much nearer to the track does the bow turn back already
 _MOST_ASIDE_RAD = math.radians(60.0)  # towards the track: a boat in a stream makes good way along it meanwhile
 _STEADY_RADPS = math.radians(1.0)  # slower than this the planned course is a leg's
@@ -216,13 +216,14 @@ class PlannedMotion:
         now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
-        self._learn_lean(place.off_m, turn, dt_s)
         missing = wrap_pi(now - last)
         hurry = min(1.0, max(0.0, (abs(missing) - _ASTRAY_RAD) / (_ALL_ASTRAY_RAD - _ASTRAY_RAD)))
         most = self._correcting_radps(hurry) + abs(turn)
         taken = min(most, max(-most, missing / dt_s)) if dt_s > 0.0 else 0.0
         self.yaw_rad = wrap_pi(last + taken * dt_s)
-        return turn + hurry * (taken - turn), (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
+        rate = turn + hurry * (taken - turn)
+        self._learn_lean(place.off_m, rate, dt_s)
+        return rate, (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
 
     def _correcting_radps(self, hurry: float) -> float:
         """How fast the heading comes to the plan: with a share of the planned thrust near it, at PATH_YAW_RATE from
@@ -236,7 +237,7 @@ class PlannedMotion:
         if abs(turn_radps) > _STEADY_RADPS:
             self._lean_m *= math.exp(-abs(turn_radps) * dt_s / _FORGOTTEN_RAD)
         elif abs(off_m) < _LEARNS_M:
-            self._lean_m += _beyond(off_m, _NEAR_M) * dt_s / _LEAN_S
+            self._lean_m += (_beyond(off_m, _NEAR_M) / _LEAN_S - self._lean_m / _LEAN_LASTS_S) * dt_s
             self._lean_m = min(_MOST_LEAN_M, max(-_MOST_LEAN_M, self._lean_m))
 
     def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:

@@ -66,7 +66,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "replaced_s": replaced_s,
         "finished_s": gcs.rig.now_s,
         "rate_dps": gcs.parameter("PATH_YAW_RATE"),
-        "planned": gcs.parameter("PATH_EFFORT") > 0.0,
+        "planned": gcs.parameter("PATH_EFFORT") > 0.0 and gcs.rig.config.limits.sway_n > 0.0,
         "speed_mps": gcs.parameter("WP_SPEED"),
         "acceleration_mps2": gcs.parameter("PATH_ACC"),
         "vessel": gcs.rig.config.name,

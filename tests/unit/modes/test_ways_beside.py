@@ -227,7 +227,7 @@ def test_the_next_part_of_a_mission_is_laid_ahead(boat: Boat, monkeypatch: pytes
 
     boat.until(in_second_part)
     assert not laid_in_ticks
-    assert min(speeds[100:]) > 0.8 * max(speeds)
+    assert min(speeds[100:]) > 0.7 * max(speeds), "no slower than in a corner"
 
 
 def test_a_part_that_is_not_laid_in_time_is_waited_for(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
