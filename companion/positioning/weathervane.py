@@ -6,8 +6,8 @@ towards that force, which is known by the thrust itself: neither anemometer nor 
 
 A boat that is driven off its point with all its sideways thrust, or whose thrusters give less than half of what it asks
 sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much. The bow
-then turns to the force that wind and current take at rest; where thrusters lack, to the force that the boat asks for,
-which leads it back to its point.
+then turns to the force that wind and current take at rest; after a failure, to the force that the boat asks for, which
+leads it back to its point.
 """
 
 from __future__ import annotations
@@ -167,12 +167,19 @@ class Weathervane:
 
     def _is_mean_known(self, inputs: ModeInputs) -> bool:
         """Whether there is a mean force after this tick."""
-        if self._driven and not self._lacked:
-            weather = self._weather.mean
-            self._mean = weather or self._mean
-            return weather is not None
+        weather = self._weather.mean
+        if self._driven and weather is not None and self._suffices(weather):
+            self._mean = weather
+            return True
         self._take_mean(inputs)
         return self._taken_s >= (_DRIVEN_SETTLE_S if self._driven else _SETTLE_S)
+
+    def _suffices(self, weather: tuple[float, float]) -> bool:
+        """Whether the boat comes back to its point with its bow to that force: not without the thrusters that failed,
+        nor where there is hardly any force."""
+        if not self._lacked:
+            return True
+        return not self._without and math.hypot(*weather) > _CALM_SHARE * self._surge_n
 
     def _take_mean(self, inputs: ModeInputs) -> None:
         self._taken_s += inputs.dt_s
