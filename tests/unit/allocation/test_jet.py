@@ -79,10 +79,10 @@ def test_at_speed_a_turn_may_take_as_much_thrust_as_the_water_does() -> None:
 
 def test_a_turn_does_not_speed_up_a_boat_that_is_to_slow_down() -> None:
     """Told to turn away from a shoal at 0.4 m/s, it went on over it at 3.5 m/s."""
-    for surge_n, speed_mps, most_n in ((-150.0, 0.5, 250.0), (-300.0, 1.0, 120.0), (-600.0, 2.0, 120.0)):
+    idle_n = 160.0  # of the impeller, which turns no slower: as much as the water takes at 2 m/s
+    for surge_n, speed_mps, most_n in ((-150.0, 0.5, 250.0), (-300.0, 1.0, idle_n), (-600.0, 2.0, idle_n)):
         result = settle(allocator(JET_STEER_N=400.0), Wrench(surge_n, 0.0, 900.0), speed_mps, 2.5)
         assert result.achieved.surge_n < most_n
-    assert VESSEL.hull.drag_n(2.0) == pytest.approx(120.0), "as much as the water takes"
     slowly = settle(allocator(JET_STEER_N=400.0), Wrench(-20.0, 0.0, 900.0), 0.1, 2.5)
     assert slowly.achieved.yaw_nm > 200.0, "at rest it turns"
 
