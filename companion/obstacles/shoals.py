@@ -1,8 +1,8 @@
 """Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the slope of the
 bottom.
 
-CP_DEPTH_MIN is the least depth below the transducer and, by the slope, below the bow half a length ahead of it. A shoal
-found becomes a circle ahead of the boat, larger each time that it is met again: so the boat turns back, and gropes its
+CP_DEPTH_MIN is the least depth below the transducer and, by the slope, below the bow half a length ahead of it; of a
+boat that cannot go astern, as much further ahead as it goes on in a turn. A shoal found becomes a circle ahead of the boat, larger each time that it is met again: so the boat turns back, and gropes its
 way round.
 """
 
@@ -49,9 +49,10 @@ class Shoals:
     Remembers the depths of the last 12 m of track, the last course, and at most 200 shoals.
     """
 
-    def __init__(self, length_m: float, parameters: Parameters) -> None:
+    def __init__(self, length_m: float, parameters: Parameters, turns_m: float = 0.0) -> None:
+        """`turns_m`: how far the boat goes on before it has turned away; 0 for one that goes astern instead."""
         self._length_m = length_m
-        self._ahead_m = 0.5 * length_m  # of the transducer, to the bow
+        self._ahead_m = 0.5 * length_m + turns_m  # of the transducer, to where the bow comes
         self._parameters = parameters
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
         self._shoals: list[_Shoal] = []
