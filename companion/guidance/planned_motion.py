@@ -51,8 +51,8 @@ class OnTrack:
 
 class PlannedMotion:
     """Call `take` for a new track, then every tick `is_planned` and, where it is, `update`. Remembers the plan and what
-    it was made for, the mean wind, and the velocity, speed and heading of the last setpoint: `speed_mps`, `yaw_rad`, which
-    may be set. `submit`: makes plans beside the control thread."""
+    it was made for, the mean wind, and the velocity, speed and heading of the last setpoint: `speed_mps`, `yaw_rad`,
+    which may be set. `submit`: makes plans beside the control thread."""
 
     def __init__(
         self, parameters: Parameters, agility: Agility, crab: CrabCompensation, submit: Submit = at_once

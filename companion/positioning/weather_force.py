@@ -52,9 +52,7 @@ class WeatherForce:
         x, y = ned_to_body(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0, nav.yaw_rad)
         now_x, now_y, _ = damping(hull, nav.surge_mps - x, nav.sway_mps - y, 0.0)
         rest_x, rest_y, _ = damping(hull, -x, -y, 0.0)
-        held = body_to_ned(
-            achieved.surge_n - now_x + rest_x, achieved.sway_n - now_y + rest_y, nav.yaw_rad
-        )
+        held = body_to_ned(achieved.surge_n - now_x + rest_x, achieved.sway_n - now_y + rest_y, nav.yaw_rad)
         momentum = body_to_ned(hull.m11_kg * nav.surge_mps, hull.m22_kg * nav.sway_mps, nav.yaw_rad)
         self._taken_s += dt_s
         share = dt_s / min(_MEAN_S, self._taken_s)

@@ -1,5 +1,5 @@
-"""Bursts of outliers, 1 m to 1,000 km off and 1 to 20 in a row, and at the end a step that stays, which the boat is told
-to follow: of 3 m, or of more than the receiver wanders by itself."""
+"""Bursts of outliers, 1 m to 1,000 km off and 1 to 20 in a row, and at the end a step that stays, which the boat is
+told to follow: of 3 m, or of more than the receiver wanders by itself."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     }
     checks = (
         Check("estimate moved by any burst", metrics["moved_max_m"], max(_MOVED_M, _BY_ITSELF * still_m), "m"),
-        Check(f"a true step of {asked['step_m']} m accepted after", metrics["step_accepted_s"], asked["accepted_s"], "s"),
+        Check(f"a step of {asked['step_m']} m accepted after", metrics["step_accepted_s"], asked["accepted_s"], "s"),
     )
     return metrics, checks
 
