@@ -62,16 +62,13 @@ class JetAllocator(SteeredAllocator):
             self._steer(math.asin(min(1.0, max(-1.0, across_n / given_n))), dt_s)
 
     def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float) -> float:
-        """The thrust for steering, of that with which the nozzle at its stop would give the moment: so much more than
-        is asked for ahead, of a boat that is to slow down than is asked for astern. What the water takes at the present
-        speed lets the boat gather no way."""
-        drag_n = self._hull.drag_n(max(0.0, surge_mps))
-        usual_n = max(self._parameters["JET_STEER_N"], drag_n)
+        """The thrust for steering, of that with which the nozzle at its stop would give the moment. What the water
+        takes at the present speed lets the boat gather no way."""
+        usual_n = max(self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps)))
         short = wanted_n > max(usual_n, surge_n)
         self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
-        grown_n = usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S)
-        return min(wanted_n, max(drag_n, grown_n + min(0.0, surge_n)))
+        return min(wanted_n, usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S))
 
     def _wanted(self, thrust_n: float, surge_mps: float) -> float:
         """The throttle for a thrust: 0, or at least the one at which the impeller turns; between them with

@@ -1,9 +1,9 @@
 """Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the slope of the
 bottom.
 
-CP_DEPTH_MIN is the least depth below the transducer and, by the slope, below the bow half a length ahead of it; of a
-boat that cannot go astern, as much further ahead as it goes on in a turn. A shoal found becomes a circle ahead of the
-boat, larger each time that it is met again: so the boat turns back, and gropes its way round.
+CP_DEPTH_MIN is the least depth below the transducer and, by the slope, below the bow half a length ahead of it. A shoal
+found becomes a circle ahead of the boat, larger each time that it is met again: so the boat turns back, and gropes its
+way round.
 """
 
 from __future__ import annotations
@@ -49,10 +49,9 @@ class Shoals:
     Remembers the depths of the last 12 m of track, the last course, and at most 200 shoals.
     """
 
-    def __init__(self, length_m: float, parameters: Parameters, turns_m: float = 0.0) -> None:
-        """`turns_m`: how far the boat goes on before it has turned away; 0 for one that goes astern instead."""
-        self._length_m, self._turns_m = length_m, turns_m
-        self._ahead_m = 0.5 * length_m + turns_m  # of the transducer, to where the bow comes
+    def __init__(self, length_m: float, parameters: Parameters) -> None:
+        self._length_m = length_m
+        self._ahead_m = 0.5 * length_m  # of the transducer, to the bow
         self._parameters = parameters
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
         self._shoals: list[_Shoal] = []
@@ -132,7 +131,7 @@ class Shoals:
         return water_m / -slope if slope < -1e-3 else math.inf
 
     def _meet(self, nav: NavState, now_s: float) -> None:
-        """A shoal before the bow: the boat lies at the edge of its circle, but for the room that it turns in."""
+        """A shoal before the bow: the boat lies at the edge of its circle."""
         speed = math.hypot(nav.north_mps, nav.east_mps)
         course = math.atan2(nav.east_mps, nav.north_mps) if speed > 0.2 else nav.yaw_rad
         again = [
@@ -141,8 +140,7 @@ class Shoals:
             if now_s - one.t_s < _AGAIN_S and math.dist((one.north_m, one.east_m), (nav.north_m, nav.east_m)) < _AGAIN_M
         ]
         radius_m = min(_MOST_RADIUS_M, _GROWTH * max((one.radius_m for one in again), default=self._length_m))
-        away_m = radius_m + self._turns_m
-        self._add(nav.north_m + away_m * math.cos(course), nav.east_m + away_m * math.sin(course), radius_m, now_s)
+        self._add(nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s)
 
     def _add(self, north_m: float, east_m: float, radius_m: float, now_s: float) -> None:
         for i, one in enumerate(self._shoals):

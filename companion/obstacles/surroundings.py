@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.core.decision import TextKind
 from companion.core.estimate import Contact, NavState
@@ -18,7 +17,6 @@ from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import Depth, DepthAhead, RadarTarget, Ranges
-from companion.guidance.bend_speed import steady_turn_radps
 from companion.obstacles.movers import Movers
 from companion.obstacles.occupancy import Floats, Occupancy
 from companion.obstacles.radar_targets import RadarTargets
@@ -30,7 +28,6 @@ _REACH_M = 300.0  # what is further off is forgotten
 _TIDY_S = 1.0
 _OWN_M = 0.3  # beyond the hull, within which a sensor sees the boat itself
 _MOVER_M = 1.0  # around a mover, circles are its own
-_SLOW_MPS, _LEAST_TURN_RADPS = 1.0, 0.1
 _MOST_PENDING = 50
 _MOST_VIEWS = 100
 
@@ -68,7 +65,7 @@ class Surroundings:
         self._map = Occupancy()
         self._movers = Movers()
         self._radar = RadarTargets()
-        self.shoals = Shoals(config.length_m, parameters, _turning_room_m(config))
+        self.shoals = Shoals(config.length_m, parameters)
         self._heard_s: dict[str, float] = {}
         self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
         self._silent: frozenset[str] = frozenset()
@@ -221,15 +218,3 @@ class Surroundings:
             self._movers, self._radar = Movers(), RadarTargets()
             self.shoals.clear()
         self._plane, self._jumps = plane, nav.jumps_followed
-
-
-def _turning_room_m(config: VesselConfig) -> float:
-    """Radius of the turn of a slow boat that a nozzle steers and that cannot go astern, with as much thrust as the
-    water takes; 0 for others."""
-    steered = [t for t in config.thrusters if t.kind == "jet"]
-    if not steered or can_reverse(config.thrusters):
-        return 0.0
-    nozzle = steered[0]
-    stop_rad = min(abs(nozzle.azimuth_min_rad or 0.0), abs(nozzle.azimuth_max_rad or 0.0))
-    moment_nm = abs(nozzle.x_m) * math.tan(stop_rad) * config.hull.drag_n(_SLOW_MPS)
-    return _SLOW_MPS / max(_LEAST_TURN_RADPS, steady_turn_radps(config.hull, _SLOW_MPS, moment_nm))

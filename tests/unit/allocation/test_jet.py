@@ -77,16 +77,6 @@ def test_at_speed_a_turn_may_take_as_much_thrust_as_the_water_does() -> None:
     assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(enough_n, rel=1e-3)
 
 
-def test_a_turn_does_not_speed_up_a_boat_that_is_to_slow_down() -> None:
-    """Told to turn away from a shoal at 0.4 m/s, it went on over it at 3.5 m/s."""
-    idle_n = 160.0  # of the impeller, which turns no slower: as much as the water takes at 2 m/s
-    for surge_n, speed_mps, most_n in ((-150.0, 0.5, 250.0), (-300.0, 1.0, idle_n), (-600.0, 2.0, idle_n)):
-        result = settle(allocator(JET_STEER_N=400.0), Wrench(surge_n, 0.0, 900.0), speed_mps, 2.5)
-        assert result.achieved.surge_n < most_n
-    slowly = settle(allocator(JET_STEER_N=400.0), Wrench(-20.0, 0.0, 900.0), 0.1, 2.5)
-    assert slowly.achieved.yaw_nm > 200.0, "at rest it turns"
-
-
 def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
     """A jet of 2.6 m lay 65° off its heading in 10 m/s, with 7 % of its thrust, and drifted 159 m from home. One of
     2.2 m, whose thrust grew to three times as much within 12 s, went on across the wind, 41 m off its point."""

@@ -45,18 +45,6 @@ def test_a_long_boat_turns_back_when_its_bow_comes_to_the_shoal() -> None:
     assert long.shallow_m == pytest.approx(1.5, abs=0.15), "below the bow"
 
 
-def test_a_boat_that_cannot_go_astern_turns_back_where_it_has_room_for_its_turn() -> None:
-    """A jet turned away from a shoal before its bow, and went on over it for 5 m meanwhile."""
-    parameters = Parameters()
-    parameters.set("CP_DEPTH_MIN", 1.5)
-    depths = [4.7 - 0.1 * k for k in range(23)]  # 5 m before it is too shallow
-    astern, ahead = Shoals(LENGTH_M, parameters), Shoals(LENGTH_M, parameters, turns_m=4.5)
-    sail(astern, depths)
-    sail(ahead, depths)
-    assert not astern.circles and ahead.circles
-    assert ahead.way_m < astern.way_m - 3.5
-
-
 def test_way_is_left_where_the_bottom_does_not_rise() -> None:
     watch = shoals()
     sail(watch, [3.9 - 0.1 * k for k in range(20)])
