@@ -256,7 +256,7 @@ class MissionMode(Mode):
                 self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
             return None
 
-        return WayRound(find, lay)
+        return WayRound(find, lay, lambda found: math.inf if isinstance(found, int) else found.length_m)
 
     def excuse(self) -> None:
         """Restart the headway watch."""
