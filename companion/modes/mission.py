@@ -256,7 +256,7 @@ class MissionMode(Mode):
                 self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
             return None
 
-        return WayRound(find, lay, lambda found: math.inf if isinstance(found, int) else found.length_m)
+        return WayRound(find, lay)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

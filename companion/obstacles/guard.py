@@ -51,7 +51,6 @@ from companion.positioning.hold_point import HoldPoint
 _LOOK_S = 0.5
 _WAY_M = 150.0  # of the way ahead that is looked at
 _PLAN_S = 1.0  # between two plans
-_SHORTER_S, _SHORTER = 5.0, 0.75  # between two looks for a shorter way, and what it is of the present one
 _LOOKS = 2  # in a row that find the way blocked
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
@@ -147,7 +146,6 @@ class ObstacleGuard:
         self._chart = chart
         self._worker: Worker = AtOnce()
         self._work: tuple[WayRound[Any], Future[Any]] | None = None
-        self._shorter_than_m = math.inf
         self.water = OpenWater(config, parameters, fence, chart)
         self._braking = Braking(config, parameters)
         self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
@@ -233,24 +231,16 @@ class ObstacleGuard:
         here = (nav.north_m, nav.east_m)
         if len(way) < 2 or (math.isinf(self.water.now.free_m([here, *way[1:]])) and not self._stands(now_s)):
             self._open(now_s)
-            if not aside and self._patience.lasts and now_s - self._planned_s >= _SHORTER_S:
-                self._seek(mode, inputs, _SHORTER * self._patience.left_m)
             return
         self._blocked += 1
         if self._blocked < _LOOKS or now_s - self._planned_s < _PLAN_S:
             return
+        self._planned_s = now_s
         if aside:
-            self._planned_s = now_s
             detour.give_up_detour()
             return
-        self._seek(mode, inputs, math.inf)
-
-    def _seek(self, mode: GuardedMode, inputs: ModeInputs, shorter_than_m: float) -> None:
-        """Look for a way round, unless that is being done."""
-        self._planned_s = inputs.now_s
         if mode.goes_round and self._work is None and (round_it := mode.way_round(inputs)) is not None:
             water = self.water.now
-            self._shorter_than_m = shorter_than_m
             self._work = round_it, self._worker.submit(lambda: round_it.find(water.in_lane(Lane.URGENT)), urgent=True)
 
     def _lay(self, mode: GuardedMode, inputs: ModeInputs) -> None:
@@ -258,10 +248,8 @@ class ObstacleGuard:
         if self._work is None or not self._work[1].done():
             return
         (round_it, future), self._work = self._work, None
-        now_s, found = inputs.now_s, future.result()
-        if math.isfinite(self._shorter_than_m) and round_it.length_m(found) >= self._shorter_than_m:
-            return
-        reason = round_it.lay(found, inputs)
+        now_s = inputs.now_s
+        reason = round_it.lay(future.result(), inputs)
         if reason is None:
             self._since_s, self._blocked, self._stopped_s = None, 0, None
             self._patience.laid(mode.way_ahead(), inputs.speed_mps, now_s)

@@ -29,16 +29,6 @@ class Patience:
         self._parameters = parameters
         self.reset()
 
-    @property
-    def lasts(self) -> bool:
-        """Whether the boat goes round something, and is not nearer yet than it was."""
-        return math.isfinite(self._until_s)
-
-    @property
-    def left_m(self) -> float:
-        """What is left of its way."""
-        return self._last_m
-
     def reset(self) -> None:
         """Another way altogether."""
         self._least_m = self._last_m = math.inf

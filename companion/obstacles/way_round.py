@@ -16,9 +16,7 @@ T = TypeVar("T")
 @dataclass(frozen=True, slots=True)
 class WayRound(Generic[T]):
     """`find(water)` takes long and uses nothing that may change meanwhile. `lay(found, inputs)` takes its result in a
-    tick, and returns why no way leads round, or None; it leaves a result alone that no longer fits. `length_m(found)`:
-    of the way found, infinite without one."""
+    tick, and returns why no way leads round, or None; it leaves a result alone that no longer fits."""
 
     find: Callable[[Water], T]
     lay: Callable[[T, ModeInputs], str | None]
-    length_m: Callable[[T], float]

@@ -3,7 +3,6 @@ sails on or holds; the next part of a long mission is laid ahead of time."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -50,12 +49,6 @@ class RoundObstacles:
     here: Place
     rounded: Rounded
     laid: LaidTrack | None
-
-    @property
-    def length_m(self) -> float:
-        """Length along the straight legs."""
-        points = [self.here, *((w.north_m, w.east_m) for w in self.rounded.waypoints)]
-        return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
 
 class RouteSailing:

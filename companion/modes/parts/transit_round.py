@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from companion.core.decision import ModeInputs
 from companion.fence.allowed import Way
 from companion.obstacles.open_water import Water
@@ -24,4 +22,4 @@ def transit_round(hold_point: HoldPoint, inputs: ModeInputs) -> WayRound[Way | N
         there = hold_point.in_transit and hold_point.target == end
         return hold_point.go_round(inputs.nav, way) if there else None
 
-    return WayRound(find, lay, lambda way: math.inf if way is None else way.length_m)
+    return WayRound(find, lay)

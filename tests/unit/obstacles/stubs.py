@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -75,7 +74,7 @@ class Sailing:
             self.laid.append(found)
             return "no open water" if found is None else None
 
-        return WayRound(lambda water: water.way(here, end), lay, lambda way: math.inf if way is None else way.length_m)
+        return WayRound(lambda water: water.way(here, end), lay)
 
     def hold_instead(self, north_m: float, east_m: float) -> None:
         self.held_point = north_m, east_m

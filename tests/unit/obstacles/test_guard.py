@@ -157,20 +157,6 @@ def test_a_blocked_way_is_laid_round() -> None:
     assert "Obstacle ahead: going round" in bridge.texts()
 
 
-@pytest.mark.parametrize(("aside_m", "laid"), [(60.0, 2), (10.0, 1)])
-def test_on_its_way_round_it_takes_a_much_shorter_one_that_comes_in_sight(aside_m: float, laid: int) -> None:
-    """A boat went round all of a harbour: its entrance had looked too narrow from afar."""
-    way = [(0.0, 0.0), (0.0, aside_m), (60.0, aside_m), (60.0, 0.0)]
-    bridge, mode = Bridge((30.0, aside_m, 1.0)), Sailing(way, goes_round=True)
-    for _ in range(3):
-        bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, **motion(1.0, 0.0))
-    assert len(mode.laid) == 1
-    bridge.seen.circles = np.array([[100.0, 0.0, 1.0]])
-    for _ in range(12):
-        bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, **motion(1.0, 0.0))
-    assert len(mode.laid) == laid
-
-
 def test_a_free_way_on_which_the_boat_is_stopped_is_laid_anew_from_where_it_stands() -> None:
     """It bends away from what lies ahead of the boat, which stands before the bend."""
     bridge = Bridge((3.0, 0.0, 1.0))
