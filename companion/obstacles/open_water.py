@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
@@ -45,13 +46,14 @@ class Water:
     lane.
 
     `circles`: north_m, east_m, radius_m of obstacles that lie, shape (n, 3). `keep_m`: distance that the middle of the
-    boat keeps from obstacles.
+    boat keeps from obstacles. `turns`: the boat turns without way, so that it can sail narrow bends.
     """
 
     circles: Floats
     keep_m: float
     allowed: Allowed
     chart: ChartWater | None = None
+    turns: bool = True
 
     def in_lane(self, lane: Lane) -> Water:
         """The same for another thread (`FenceArea.in_lane`)."""
@@ -125,7 +127,7 @@ class Water:
         return None
 
     def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
-        """With room for wide bends, unless one through narrower gaps is much shorter."""
+        """With room for wide bends, unless one through narrower gaps is much shorter and the boat can follow it."""
         water = self._area(begin, end, circles, around_m)
         if water.empty:
             return None
@@ -136,7 +138,7 @@ class Water:
             end = nearest
         wide_m, narrow_m = (share * self.allowed.radius_m for share in _RADII)
         wide = _way_with_room(begin, end, water, wide_m)
-        if wide is not None and self._short_enough(wide, math.dist(begin, end)):
+        if wide is not None and (not self.turns or self._short_enough(wide, math.dist(begin, end))):
             return wide
         narrow = _way_with_room(begin, end, water, narrow_m)
         if wide is None or narrow is None:
@@ -181,6 +183,7 @@ class OpenWater:
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
     ) -> None:
         self._half_m = 0.5 * config.length_m
+        self._turns = turns_on_the_spot(config.thrusters)
         self._parameters = parameters
         self._fence = fence
         self._chart = chart
@@ -194,7 +197,8 @@ class OpenWater:
     def now(self) -> Water:
         """All that is known now."""
         keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
-        return Water(self._circles, keep_m, self._fence.allowed, None if self._chart is None else self._chart.water)
+        chart = None if self._chart is None else self._chart.water
+        return Water(self._circles, keep_m, self._fence.allowed, chart, self._turns)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """As `Water.line_refusal`."""

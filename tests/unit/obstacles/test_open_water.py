@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -156,6 +157,8 @@ def test_a_narrow_gap_spares_a_long_way_round() -> None:
     way = water(wall(8.0, 9.2)).way(BEGIN, END)
     assert way is not None and way.length_m < 90.0
     assert way.radius_m is not None and way.radius_m < RADIUS_M
+    jet = replace(water(wall(8.0, 9.2)), turns=False).way(BEGIN, END)
+    assert jet is not None and jet.radius_m == RADIUS_M, "which cannot sail narrow bends"
 
 
 def test_wide_bends_are_worth_a_few_metres() -> None:
