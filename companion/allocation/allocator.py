@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from companion.allocation.astray import Astray
 from companion.allocation.foresight import Foresight, ThrusterPlan
@@ -11,6 +12,7 @@ from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
 from companion.allocation.strong_side import StrongSide
+from companion.allocation.sway_reach import sway_reach_n
 from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCommand, Wrench
@@ -196,7 +198,8 @@ class Allocator(_AllocatorBase):
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `planned`: the demand
         follows a planned path; until the boat makes way through the water on it (`surge_mps`), and while it does, its
         thrusters stay aimed. `ahead`: the wrenches that the path will demand, PATH_STEP_S apart."""
-        wrench = self._finite(wrench)
+        asked = self._finite(wrench)
+        wrench = self._within_reach(asked)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
@@ -205,15 +208,22 @@ class Allocator(_AllocatorBase):
             aimed = self._foreseen is not None or (planned and self._stays_aimed(surge_mps))
             self._optimise(wrench, ideal, dt_s, aimed)
         self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
-        allocation = self._result(wrench)
-        self._short = any(allocation.limited)
+        allocation = self._result(asked)
         self._missing = self._largest_share(wrench, allocation.achieved)
+        self._short = self._missing > _LIMITED_SHARE
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         self._lacking = self._off(wrench, allocation.achieved)
         wanted = self._off(wrench, ZERO_WRENCH)
         self._useful = max(0.0, wanted - self._lacking)
         self._much_missing = self._lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
         return allocation
+
+    def _within_reach(self, wrench: Wrench) -> Wrench:
+        """The demand without sideways force that the thrusters left after a failure cannot give with the moment."""
+        if not self._failed or self._scales[1] <= 0.0:
+            return wrench
+        least_n, most_n = sway_reach_n(self._thrusters, self._failed, wrench.yaw_nm)
+        return replace(wrench, sway_n=min(most_n, max(least_n, wrench.sway_n)))
 
     def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> ThrusterPlan | None:
         """Where to point the thrusters for what the planned path will demand; None where that makes no difference, and

@@ -61,9 +61,10 @@ class DynamicPositioning:
         rests = self._resting(setpoint)
         bias.grow(-rests * ix * ex, -rests * iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
+        given = self._given_share(px * ex, py * ey)
         x, y, n = self._smoothed(
-            -px * ex - dx * (nav.surge_mps - u),
-            -py * ey - dy * (nav.sway_mps - v),
+            -given * px * ex - dx * (nav.surge_mps - u),
+            -given * py * ey - dy * (nav.sway_mps - v),
             -pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps),
             dt_s,
         )
@@ -72,6 +73,13 @@ class DynamicPositioning:
             share * (forward.sway_n + steady.sway_n) + y + by,
             share * (forward.yaw_nm + steady.yaw_nm) + n + bn,
         )
+
+    def _given_share(self, x_n: float, y_n: float) -> float:
+        """Share of the force towards the point that is within the limits on both axes. Cut on each axis by itself it
+        would point elsewhere, mostly ahead, and drive a boat that is far off past its point."""
+        limits = self._config.limits
+        shares = [most / abs(n) for n, most in ((x_n, limits.surge_n), (y_n, limits.sway_n)) if abs(n) > most > 0.0]
+        return min(shares, default=1.0)
 
     def _resting(self, setpoint: PoseSetpoint) -> float:
         """Share of its error that the bias learns: less, the faster the reference moves. A boat that has fallen behind

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Air, NavState, air_over_ground
-from companion.core.frames import ned_to_body
+from companion.core.frames import body_to_ned, ned_to_body
 from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Progress
 from companion.core.work import Job, Submit, at_once
 from companion.guidance.agility import Agility, Weather
@@ -58,8 +58,8 @@ class OnTrack:
 
 class PlannedMotion:
     """Call `take` for a new track, then every tick `is_planned` and, where it is, `update`. Remembers the plan and what
-    it was made for, the mean wind, the lean of the bow, and the speed and heading of the last setpoint: `speed_mps`,
-    `yaw_rad`, which may be set. `submit`: makes plans beside the control thread."""
+    it was made for, the mean wind, the lean of the bow, and the velocity, speed and heading of the last setpoint:
+    `speed_mps`, `yaw_rad`, which may be set. `submit`: makes plans beside the control thread."""
 
     def __init__(
         self, parameters: Parameters, agility: Agility, crab: CrabCompensation, submit: Submit = at_once
@@ -76,6 +76,7 @@ class PlannedMotion:
         self._lean_m = 0.0  # by which the bow leans towards the track, as a cross-track error
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
+        self._velocity: tuple[float, float] | None = None  # (north, east) that was asked for last
 
     def take(self, laid: LaidTrack) -> None:
         """A new track, perhaps with its plan."""
@@ -130,6 +131,8 @@ class PlannedMotion:
         plan = self._plan
         if plan is None:
             raise RuntimeError("PlannedMotion.update without a plan")
+        if self.yaw_rad is None:
+            self._velocity = None
         creep = self._creep_mps
         gain = self._next_speed(plan, place.s_m, creep, dt_s)
         pace = max(self.speed_mps, creep)
@@ -139,6 +142,10 @@ class PlannedMotion:
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
         sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
+        _, down = plan.reach_mps2(place.s_m, self.speed_mps)
+        bends_radps = min(abs(turn), self._agility.turn_radps(self._parameters["PATH_EFFORT"], self.speed_mps))
+        most_mps2 = _HARDER * down + _HARDER_MPS2 + self.speed_mps * bends_radps
+        surge, sway = self._eased(surge, sway, nav, most_mps2 * dt_s)
         soon = place.track.at(plan.ahead_m(place.s_m, _ASIDE_LAG_S, pace))
         bend = self.speed_mps * self.speed_mps * soon.curvature_1pm
         along, across = ned_to_body(gain, bend, nav.yaw_rad - soon.course_rad)
@@ -155,6 +162,17 @@ class PlannedMotion:
             True,
             self._poses(plan, place, nav, pace),
         )
+
+    def _eased(self, surge: float, sway: float, nav: NavState, most_mps: float) -> tuple[float, float]:
+        """The velocity that is asked for, which changes over ground by `most_mps` at most: at a corner, or where the
+        boat swings past its heading, the course that it is to sail turns at once."""
+        if self._velocity is not None:
+            x, y = ned_to_body(*self._velocity, nav.yaw_rad)
+            change = math.hypot(surge - x, sway - y)
+            share = min(1.0, most_mps / change) if change > 0.0 else 1.0
+            surge, sway = x + share * (surge - x), y + share * (sway - y)
+        self._velocity = body_to_ned(surge, sway, nav.yaw_rad)
+        return surge, sway
 
     @property
     def _stops(self) -> bool:

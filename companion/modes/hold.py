@@ -232,9 +232,10 @@ class HoldMode(Mode):
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)
             self._consequence.update(inputs)
-            self._weathervane.see(
-                inputs, self._circles.left, self._circles.alarmed or self._headway.is_stuck(inputs.now_s)
-            )
+            alarmed = self._circles.alarmed or self._headway.is_stuck(inputs.now_s)
+            self._weathervane.see(inputs, (north_m, east_m), self._circles.left, alarmed)
+        elif isinstance(setpoint, PoseSetpoint):
+            self._weathervane.see_way(inputs, (setpoint.north_m, setpoint.east_m))
         self._turn_to_weather(inputs)
         if isinstance(setpoint, PoseSetpoint) and not self.going:
             return setpoint.within(self._parameters["DP_ECON"])

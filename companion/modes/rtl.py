@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
-from companion.core.setpoint import Setpoint
+from companion.core.setpoint import PoseSetpoint, Setpoint
 from companion.core.work import Lane
 from companion.fence.allowed import Way
 from companion.modes.mode import Mode
@@ -232,6 +232,8 @@ class RtlMode(Mode):
             self._events.say(inputs.now_s, TextKind.ROUTINE, "rtl_arrived", f"RTL: at {self._name}, holding")
         if self._hold_point.arrived or self._weathervane.turning:
             self._keep_place(inputs)
+        elif isinstance(setpoint, PoseSetpoint):
+            self._weathervane.see_way(inputs, (setpoint.north_m, setpoint.east_m))
         return setpoint
 
     def _keep_place(self, inputs: ModeInputs) -> None:
@@ -239,7 +241,8 @@ class RtlMode(Mode):
         that drives it off sideways."""
         north_m, east_m = self._hold_point.target
         self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
-        self._weathervane.see(inputs, self._watch.left, self._watch.alarmed or self._headway.is_stuck(inputs.now_s))
+        alarmed = self._watch.alarmed or self._headway.is_stuck(inputs.now_s)
+        self._weathervane.see(inputs, (north_m, east_m), self._watch.left, alarmed)
         if self._arrived or self._weathervane.driven_off:
             heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
             if heading_rad is not None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
@@ -32,6 +33,7 @@ _AROUND_CHART_M = (80.0, 500.0, 3000.0)  # the same round a chart's obstacles, t
 _ARCS = 3  # sides for each quarter of an obstacle's circle
 _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
+_WORTH, _WORTH_RADII = 1.1, 2.0  # a way for wide bends may be longer by that factor, and by so many of their radii
 _SIMPLER_M = 0.3
 _START_M = 0.05
 _SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
@@ -44,13 +46,14 @@ class Water:
     lane.
 
     `circles`: north_m, east_m, radius_m of obstacles that lie, shape (n, 3). `keep_m`: distance that the middle of the
-    boat keeps from obstacles.
+    boat keeps from obstacles. `turns`: the boat turns without way, so that it can sail narrow bends.
     """
 
     circles: Floats
     keep_m: float
     allowed: Allowed
     chart: ChartWater | None = None
+    turns: bool = True
 
     def in_lane(self, lane: Lane) -> Water:
         """The same for another thread (`FenceArea.in_lane`)."""
@@ -124,9 +127,7 @@ class Water:
         return None
 
     def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
-        from companion.fence.area import FenceArea
-        from companion.fence.roadmap import routes_in
-
+        """With room for wide bends, unless one through narrower gaps is much shorter and the boat can follow it."""
         water = self._area(begin, end, circles, around_m)
         if water.empty:
             return None
@@ -135,15 +136,18 @@ class Water:
             if nearest is None:
                 return None
             end = nearest
-        for share in _RADII:
-            radius_m = share * self.allowed.radius_m
-            roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
-            if roomy.empty:
-                continue
-            points = routes_in(roomy).find(begin, end, through=water)
-            if points is not None:
-                return Way(points, radius_m)
-        return None
+        wide_m, narrow_m = (share * self.allowed.radius_m for share in _RADII)
+        wide = _way_with_room(begin, end, water, wide_m)
+        if wide is not None and (not self.turns or self._short_enough(wide, math.dist(begin, end))):
+            return wide
+        narrow = _way_with_room(begin, end, water, narrow_m)
+        if wide is None or narrow is None:
+            return wide or narrow
+        return wide if self._short_enough(wide, narrow.length_m) else narrow
+
+    def _short_enough(self, wide: Way, length_m: float) -> bool:
+        """Whether a way for wide bends is worth being so much longer than one of that length."""
+        return wide.length_m <= _WORTH * length_m + _WORTH_RADII * self.allowed.radius_m
 
     def _area(self, begin: Place, end: Place, circles: Floats, around_m: float) -> FenceArea:
         import shapely
@@ -162,6 +166,16 @@ class Water:
         return FenceArea.of(shapely.difference(whole, taken))
 
 
+def _way_with_room(begin: Place, end: Place, water: FenceArea, radius_m: float) -> Way | None:
+    """The shortest way whose bends have waypoints of that radius; None without one."""
+    from companion.fence.area import FenceArea
+    from companion.fence.roadmap import routes_in
+
+    roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
+    points = None if roomy.empty else routes_in(roomy).find(begin, end, through=water)
+    return None if points is None else Way(points, radius_m)
+
+
 class OpenWater:
     """`now` → the water as it is. Remembers the obstacles as last set."""
 
@@ -169,6 +183,7 @@ class OpenWater:
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
     ) -> None:
         self._half_m = 0.5 * config.length_m
+        self._turns = turns_on_the_spot(config.thrusters)
         self._parameters = parameters
         self._fence = fence
         self._chart = chart
@@ -182,7 +197,8 @@ class OpenWater:
     def now(self) -> Water:
         """All that is known now."""
         keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
-        return Water(self._circles, keep_m, self._fence.allowed, None if self._chart is None else self._chart.water)
+        chart = None if self._chart is None else self._chart.water
+        return Water(self._circles, keep_m, self._fence.allowed, chart, self._turns)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """As `Water.line_refusal`."""

@@ -5,7 +5,9 @@ hull, ahead, the thrust is about the least (weather optimal positioning, Fossen 
 towards that force, which is known by the thrust itself: neither anemometer nor a measured current is needed.
 
 A boat that is driven off its point with all its sideways thrust, or whose thrusters give less than half of what it asks
-sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much.
+sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much. The bow
+then turns to the force that wind and current take at rest; after a failure, to the force that the boat asks for, which
+leads it back to its point.
 """
 
 from __future__ import annotations
@@ -15,9 +17,11 @@ import math
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
+from companion.core.estimate import NavState, without_waves
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned, ned_to_body
 from companion.params.store import Parameters
+from companion.positioning.weather_force import WeatherForce
 
 _MEAN_S = 15.0
 _SETTLE_S = 30.0  # after the start, before the mean counts
@@ -25,6 +29,7 @@ _TURN_S = 120.0  # in which the bow would turn by the angle of the force; this o
 _BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
 # Driven off: share of the sideways limit in the mean; _MEAN_S, which the turn must not outrun; _SETTLE_S.
 _DRIVEN_SHARE, _DRIVEN_MEAN_S, _DRIVEN_SETTLE_S = 0.7, 10.0, 5.0
+_LEAVES_MPS = 0.05  # away from its point, outside the watch circle
 _FAST_S = 60.0  # that the bow turns directly, after the heading was given up and outside the watch circle
 _MISSING_SHARE, _MISSING_LEAST = 0.5, 0.1  # too little thrust: missing of the mean demand; of the sideways limit
 _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
@@ -33,8 +38,8 @@ _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
 class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
     east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their
-    sign, whether the boat is driven off, with which thrusters failed and from which heading, when it was last outside
-    its watch circle, and what was announced."""
+    sign, the force of the weather, whether the boat is driven off, whether it lacks thrust, with which thrusters failed
+    and from which heading, when it was last outside its watch circle, and what was announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -43,7 +48,8 @@ class Weathervane:
         self._parameters = parameters
         self._events = events
         self._given = False
-        self._announced = self._driven = False
+        self._weather = WeatherForce(config.hull)
+        self._announced = self._driven = self._lacked = False
         self._out_s = -math.inf
         self._sideways_n = self._missing_n = 0.0
         self._without: frozenset[int] = frozenset()
@@ -83,10 +89,12 @@ class Weathervane:
         self._taken_s = 0.0
         self._turning = False
 
-    def see(self, inputs: ModeInputs, left: bool, alarmed: bool) -> None:
-        """Every tick while a point is held. `left`: the boat is outside the watch circle; `alarmed`: it is outside the
-        alarm circle, or does not come to the point."""
-        share, asked_n = inputs.dt_s / (inputs.dt_s + _MEAN_S), abs(inputs.demanded.sway_n)
+    def see(self, inputs: ModeInputs, place: tuple[float, float], left: bool, alarmed: bool) -> None:
+        """Every tick while a point is held or led to. `place`: where the boat should be (north_m, east_m); `left`: it
+        is outside the watch circle about that; `alarmed`: it is outside the alarm circle, or does not come to the
+        point."""
+        self._weather.see(inputs.nav, inputs.achieved, inputs.dt_s)
+        share, asked_n = inputs.dt_s / (inputs.dt_s + _DRIVEN_MEAN_S), abs(inputs.demanded.sway_n)
         given_n = math.copysign(inputs.achieved.sway_n, inputs.achieved.sway_n * inputs.demanded.sway_n)
         self._sideways_n += share * (asked_n - self._sideways_n)
         self._missing_n += share * (max(0.0, asked_n - given_n) - self._missing_n)
@@ -94,18 +102,25 @@ class Weathervane:
             self._out_s = inputs.now_s
         if self._driven:
             self._see_thrusters(inputs)
-        elif alarmed and self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0:
-            self._give_up(inputs, "driven off sideways: bow turns to weather")
         elif left and self._lacks:
-            self._give_up(inputs, "too little sway thrust: bow to weather")
+            self._give_up(inputs, "too little sway thrust: bow to weather", True)
+        elif (alarmed or (left and _leaves(inputs.nav, place))) and (
+            self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
+        ):
+            self._give_up(inputs, "driven off sideways: bow turns to weather", False)
+
+    def see_way(self, inputs: ModeInputs, reference: tuple[float, float]) -> None:
+        """As `see`, on the way to a point: the boat should be where its reference is."""
+        off_m = math.dist((inputs.nav.north_m, inputs.nav.east_m), reference)
+        self.see(inputs, reference, off_m > self._parameters["DP_WATCH_R"], False)
 
     @property
     def _lacks(self) -> bool:
         """Whether the thrusters give far less sideways than is asked."""
         return self._missing_n > max(_MISSING_SHARE * self._sideways_n, _MISSING_LEAST * self._sway_n) > 0.0
 
-    def _give_up(self, inputs: ModeInputs, why: str) -> None:
-        self._driven, self._out_s, self._without = True, inputs.now_s, inputs.failed
+    def _give_up(self, inputs: ModeInputs, why: str, lacked: bool) -> None:
+        self._driven, self._lacked, self._out_s, self._without = True, lacked, inputs.now_s, inputs.failed
         self.restart()
         self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", f"{self._mode}: {why}")
 
@@ -126,8 +141,7 @@ class Weathervane:
             self._kept_rad = held_rad
         if not self._active(inputs.now_s):
             return None
-        self._take_mean(inputs)
-        if self._taken_s < (_DRIVEN_SETTLE_S if self._driven else _SETTLE_S):
+        if not self._is_mean_known(inputs):
             return None
         off_rad = self._off_rad(inputs.nav.yaw_rad)
         self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
@@ -151,6 +165,22 @@ class Weathervane:
             )
         return True
 
+    def _is_mean_known(self, inputs: ModeInputs) -> bool:
+        """Whether there is a mean force after this tick."""
+        weather = self._weather.mean
+        if self._driven and weather is not None and self._suffices(weather):
+            self._mean = weather
+            return True
+        self._take_mean(inputs)
+        return self._taken_s >= (_DRIVEN_SETTLE_S if self._driven else _SETTLE_S)
+
+    def _suffices(self, weather: tuple[float, float]) -> bool:
+        """Whether the boat comes back to its point with its bow to that force: not without the thrusters that failed,
+        nor where there is hardly any force."""
+        if not self._lacked:
+            return True
+        return not self._without and math.hypot(*weather) > _CALM_SHARE * self._surge_n
+
     def _take_mean(self, inputs: ModeInputs) -> None:
         self._taken_s += inputs.dt_s
         mean_s = _DRIVEN_MEAN_S if self._driven else _MEAN_S
@@ -165,3 +195,10 @@ class Weathervane:
         if abs(y) < _CALM_SHARE * self._sway_n and x > -_CALM_SHARE * self._surge_n:
             return 0.0
         return math.atan2(y, x)
+
+
+def _leaves(nav: NavState, place: tuple[float, float]) -> bool:
+    """Whether the boat moves away from the place."""
+    nav = without_waves(nav)
+    north_m, east_m = nav.north_m - place[0], nav.east_m - place[1]
+    return nav.north_mps * north_m + nav.east_mps * east_m > _LEAVES_MPS * math.hypot(north_m, east_m)

@@ -20,6 +20,7 @@ Ability = Callable[[VesselConfig], str | None]
 """Why a boat cannot do a scenario, in one sentence; None where it can."""
 
 _HALVINGS = 20
+_COMPASS_DEG = 1.0
 _FAST_SHARE = 0.8  # of the top speed: also in wind and current, such a boat is fast
 
 
@@ -127,6 +128,12 @@ def sailed_with(config: VesselConfig, conditions: Conditions) -> str:
     wrench = f"{limits.surge_n:g} N ahead, {limits.sway_n:g} N sideways, {limits.yaw_nm:g} Nm"
     senses = f"receiver {conditions.gnss}, compass {_compass(config, conditions)}"
     return f"{config.name}: {senses}, plant {plant}, {water} water, limits {wrench}"
+
+
+def heading_error_deg(config: VesselConfig, conditions: Conditions) -> float:
+    """How far a boat may be off its heading by the slow error of its compass alone, which no law can know; 0 with two
+    antennas."""
+    return 0.0 if _compass(config, conditions) == "two antennas" else _COMPASS_DEG
 
 
 def _compass(config: VesselConfig, conditions: Conditions) -> str:

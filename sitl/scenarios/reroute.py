@@ -32,8 +32,8 @@ _ROUTES: tuple[tuple[float, tuple[Point, ...]], ...] = (  # time until the next 
 )
 _SLOW_MPS = 0.6  # these times are for a boat of that speed
 _SLACK = 1.2
-# What is no jump: for boats of that speed, and for faster ones by what they sail and brake in a tick. In a bend that is
-# cut, the place abeam moves faster than the boat.
+# What is no jump: for boats of that speed, and for faster ones by what they sail and brake in a tick, of a plan harder
+# than by their drag. In a bend that is cut, the place abeam moves faster than the boat.
 _STEP_M, _SPEED_STEP_MPS = 0.3, 0.1
 _PACES, _BRAKING = 2.5, 1.5
 _CORRECTING = 1.4  # times its yaw rate: how fast the heading of a plan, which PATH_YAW_RATE does not bound, comes to it
@@ -41,8 +41,8 @@ _CORRECTING = 1.4  # times its yaw rate: how fast the heading of a plan, which P
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Sail each route for its time, then upload the next; wait for the end of the last."""
-    home = gcs.rig.config.home
-    frame = LocalFrame(home.lat_deg, home.lon_deg)
+    config = gcs.rig.config
+    frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
     gcs.ready()
     _upload(gcs, frame, _ROUTES[0][1])
     gcs.set_mode(_MISSION)
@@ -69,9 +69,10 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "planned": gcs.parameter("PATH_EFFORT") > 0.0 and gcs.rig.config.limits.sway_n > 0.0,
         "speed_mps": gcs.parameter("WP_SPEED"),
         "acceleration_mps2": gcs.parameter("PATH_ACC"),
-        "vessel": gcs.rig.config.name,
-        "length_m": gcs.rig.config.length_m,
-        "beam_m": gcs.rig.config.beam_m,
+        "coasts_mps2": config.hull.drag_n(gcs.parameter("WP_SPEED")) / config.hull.m11_kg,
+        "vessel": config.name,
+        "length_m": config.length_m,
+        "beam_m": config.beam_m,
     }
 
 
@@ -107,7 +108,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     turn, rate = max(zip(turns, rates, strict=True), key=lambda pair: pair[0] / pair[1])
     most_turn_deg = _SLACK * math.degrees(rate) * period_s
     most_step_m = max(_STEP_M, _PACES * asked["speed_mps"] * period_s)
-    most_speed_step_mps = max(_SPEED_STEP_MPS, _SLACK * _BRAKING * asked["acceleration_mps2"] * period_s)
+    brakes_mps2 = max(_SLACK * asked["acceleration_mps2"], asked["coasts_mps2"] * asked["planned"])
+    most_speed_step_mps = max(_SPEED_STEP_MPS, _BRAKING * brakes_mps2 * period_s)
     metrics = {
         "desired_step_m": max(steps),
         "desired_turn_deg": math.degrees(turn),

@@ -384,3 +384,16 @@ def test_one_thruster_that_is_left_is_not_turned_to_demands_that_it_cannot_give(
     a.set_failed(0, False)
     with pytest.raises(AssertionError, match="an aim"):
         settle(a, Wrench(-30.0, 0.0, -10.0), 30)
+
+
+def test_one_thruster_that_is_left_gives_way_and_moment_though_far_more_is_asked_sideways() -> None:
+    """For a force that it did not have, it stayed at its stop for half a minute and gave neither: a boat that turned
+    its bow to the weather was driven out of its alarm circle."""
+    a = Allocator(ABOAT, Parameters())
+    settle(a, Wrench(1.0, 15.0, 2.0), 50)
+    a.set_failed(0, True)
+    settle(a, Wrench(0.0, 150.0, 12.0), 100)
+    settle(a, Wrench(-16.0, 250.0, 30.0), 60)
+    achieved = settle(a, Wrench(50.0, 315.0, 35.0), 60).achieved
+    assert achieved.surge_n == pytest.approx(50.0, abs=5.0)
+    assert achieved.yaw_nm == pytest.approx(35.0, abs=5.0)

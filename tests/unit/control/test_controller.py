@@ -62,6 +62,18 @@ def test_errors_pull_back_by_the_placed_gains_in_body_axes() -> None:
     assert axes(wrench) == pytest.approx((0.0, 0.1 * hull.m22_kg * sway**2, 0.0), rel=1e-6, abs=1e-9)
 
 
+def test_far_off_the_demand_points_to_the_point() -> None:
+    """Cut on each axis by itself it pointed ahead: a boat 10 m off to the side sailed 9 m past its point."""
+    yaw_rad = math.radians(-23.0)
+    c = controller(DP_INTEGRAL=0.0)
+    wrench = c.update(replace(HERE, yaw_rad=yaw_rad), nav_state(1.7, 9.8, yaw_rad), ZERO_WRENCH, DT_S)
+    x, y = ned_to_body(-1.7, -9.8, yaw_rad)
+    of = Parameters(REVOLT.parameters)
+    gain = (REVOLT.hull.m11_kg * of["DP_BW_SURGE"] ** 2) / (REVOLT.hull.m22_kg * of["DP_BW_SWAY"] ** 2)
+    assert wrench.sway_n == pytest.approx(-REVOLT.limits.sway_n, rel=1e-3)
+    assert wrench.surge_n / wrench.sway_n == pytest.approx(gain * x / y, rel=1e-3)
+
+
 def test_positioning_leaves_waves_alone_and_answers_what_remains() -> None:
     waves = WaveMotion(3.0, 0.08, -0.03, 0.01, 0.2, -0.1, 0.02)
     surge, sway = ned_to_body(0.2, -0.1, 0.01)

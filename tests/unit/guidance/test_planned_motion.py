@@ -11,6 +11,7 @@ import pytest
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import find, load
 from companion.core.estimate import NavState
+from companion.core.frames import body_to_ned
 from companion.core.setpoint import Point, Progress
 from companion.guidance.agility import Agility, agility_of
 from companion.guidance.crab_compensation import CrabCompensation
@@ -172,3 +173,22 @@ def test_a_bow_far_off_the_plan_comes_round_with_all_haste_and_one_nearly_there_
 def test_a_bow_turns_no_further_than_60_degrees_to_a_track_far_away() -> None:
     """Towards it alone, against a stream, it made no way."""
     assert headings(20.0, 400)[-1] == pytest.approx(-math.radians(60.0), abs=0.01)
+
+
+def test_the_velocity_asked_for_does_not_jump_where_the_course_does() -> None:
+    """Behind a sharp corner the course came round by 30° within a tick while the boat had swung past it: the speed
+    ahead that was asked for grew by 0.3 m/s, the one aside changed its sign."""
+    planned, laid = motion()
+    corner_m = laid.ends_s_m[0]
+    speeds(planned, laid, AT_REST, corner_m - 12.0, 150)
+    here = laid.track.at(corner_m)
+    asked = []
+    for tick in range(40):
+        course_rad = 0.3 if tick < 5 else 0.9 if tick < 10 else 1.5
+        nav = replace(AT_REST, yaw_rad=1.2 + 0.05 * tick)
+        assert planned.is_planned(nav, SPEED_MPS, corner_m, DT_S)
+        place = OnTrack(laid.track, corner_m, replace(here, course_rad=course_rad), 0.0)
+        setpoint = planned.update(place, nav, PROGRESS, DT_S)
+        asked.append(body_to_ned(setpoint.surge_mps, setpoint.sway_mps, nav.yaw_rad))
+    assert max(math.dist(a, b) for a, b in itertools.pairwise(asked)) < 0.15
+    assert math.atan2(asked[-1][1], asked[-1][0]) == pytest.approx(1.5, abs=0.2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -143,6 +144,29 @@ def test_an_end_in_an_obstacle_is_replaced_by_a_place_beside_it() -> None:
 def test_a_closed_ring_has_no_way() -> None:
     ring = [(10.0 + 12.0 * math.cos(a), 12.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 16)]
     assert water(ring).way((10.0, 0.0), (40.0, 0.0)) is None
+
+
+def wall(east_m: float, gap_m: float) -> list[Circle]:
+    """Across the way at 10 m, from 60 m west up to 60 m east; a gap about `east_m`, whose ways bend narrowly."""
+    places = [e for e in np.arange(-60.0, 60.5, 0.5).tolist() if abs(e - east_m) >= 0.5 * gap_m + 0.3]
+    return [(10.0, e, 0.3) for e in places]
+
+
+def test_a_narrow_gap_spares_a_long_way_round() -> None:
+    """A way with wide bends led past a harbour's entrance, round all of its quays."""
+    way = water(wall(8.0, 9.2)).way(BEGIN, END)
+    assert way is not None and way.length_m < 90.0
+    assert way.radius_m is not None and way.radius_m < RADIUS_M
+    jet = replace(water(wall(8.0, 9.2)), turns=False).way(BEGIN, END)
+    assert jet is not None and jet.radius_m == RADIUS_M, "which cannot sail narrow bends"
+
+
+def test_wide_bends_are_worth_a_few_metres() -> None:
+    """Beside the straight way through a narrow gap, there is one with room."""
+    obstacles = [c for c in wall(0.0, 9.2) if c[1] < 8.0 or c[1] > 22.0]
+    assert len(obstacles) < len(wall(0.0, 9.2))
+    way = water(obstacles).way(BEGIN, END)
+    assert way is not None and way.radius_m == RADIUS_M and 80.5 < way.length_m < 90.0
 
 
 def test_a_long_headland_is_led_round() -> None:

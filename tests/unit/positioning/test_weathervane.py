@@ -155,6 +155,22 @@ def test_driven_off_with_all_its_sideways_thrust_the_boat_gives_up_its_heading(f
     assert yaw_asked(boat) > math.radians(30.0), "towards the force that it gives"
 
 
+@pytest.mark.parametrize("east_mps", [0.2, -0.2, 0.0])
+def test_driven_out_of_its_watch_circle_it_does_not_wait_for_the_alarm(
+    free: Callable[..., Boat], east_mps: float
+) -> None:
+    """ReVolt was 12 m off before its bow began to turn. One that comes back keeps its heading."""
+    boat = free(DP_WEATHERVANE=0.0)
+    limit_n, east_m = boat.config.limits.sway_n, 1.2 * boat.parameters["DP_WATCH_R"]
+    boat.pinned = True
+    for _ in range(200):
+        boat.nav = replace(boat.nav, east_m=east_m, east_mps=east_mps, sway_mps=east_mps)
+        boat.supervisor.thrust_achieved(Wrench(0.0, -limit_n, 0.0), Wrench(0.0, -limit_n, 0.0))
+        boat.tick()
+    assert "watch_alarm" not in boat.names()
+    assert boat.texts().count(DRIVEN) == (1 if east_mps > 0.0 else 0)
+
+
 def test_driven_off_to_the_side_where_its_thrusters_push_less_it_gives_up_its_heading_too(
     free: Callable[..., Boat],
 ) -> None:
