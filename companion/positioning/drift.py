@@ -59,8 +59,9 @@ class DriftKeeper:
         """(north_m, east_m, yaw_rad): the hold point and the last heading steered."""
         return (*self._point, self._heading_rad)
 
-    def start(self, nav: NavState) -> None:
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Coast, and hold the point where the boat is slow."""
+        nav = fitted or nav
         rest = stopping_point(nav, self._parameters)
         self._point = rest if self._fence is None else self._fence.held_place(rest)
         self._stop.begin(nav, self._point)
