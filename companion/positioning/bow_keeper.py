@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ZERO_WRENCH
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
 from companion.core.readings import ManualInput
@@ -131,10 +131,12 @@ class BowKeeper:
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
-        nav = without_waves(nav)
+        seen, nav = nav, without_waves(nav)
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
-            rest = self._stop.place(nav, self._along_mps(nav))
+            # hard braking is taken for waves for a while: a boat at rest went on braking, and was carried off
+            slower = seen if abs(seen.surge_mps) < abs(nav.surge_mps) else nav
+            rest = self._stop.place(slower, self._along_mps(nav))
             self._point = self._point if rest is None else self._held(rest)
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
@@ -161,7 +163,7 @@ class BowKeeper:
             along = max(0.0, math.cos(wrap_pi(self._heading_rad - bearing)))
             surge_mps = back_mps * max(self._steerage, aligned * along)
             if self._backs(nav, bearing):
-                return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
+                return self._straight_astern(nav, progress)
         else:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
@@ -184,6 +186,15 @@ class BowKeeper:
         if self._fence is None or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
             return False
         return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < self._turn_m
+
+    def _straight_astern(self, nav: NavState, progress: Progress) -> Setpoint:
+        """Astern on the heading that the boat has; a rudder does not steer, which it would do by thrust ahead."""
+        astern_mps = self._parameters["DP_SPEED_ASTERN"]
+        if not self._needs_flow:
+            return PathSetpoint(nav.yaw_rad, -astern_mps, progress=progress)
+        gain = self._hull.m11_kg * self._parameters["PATH_BW_SURGE"]
+        surge_n = -gain * (astern_mps + nav.surge_mps) - self._hull.drag_n(astern_mps)
+        return WrenchSetpoint(Wrench(surge_n, 0.0, 0.0), replace(progress, yaw_rad=nav.yaw_rad))
 
     def _goes_astern_first(self, nav: NavState) -> bool:
         """Whether the boat, with its bow down the stream, goes astern for room to turn: in the turn it would be carried
