@@ -25,7 +25,7 @@ _SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
 _LEAST_DRIFT_MPS = 0.05
 _STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
 _LONGEST_RETURN_S = 90.0  # after which it aims anew
-_ROUND_COS = 0.5  # of the angle from the bow to the hold point: with it a boat that turns back at once has come round
+_ROUND_COS = 0.5  # of the angle from the bow to the aim: with it a boat that turns back at once has come round
 
 
 class DriftKeeper:
@@ -60,6 +60,11 @@ class DriftKeeper:
         """(north_m, east_m, yaw_rad): the hold point and the last heading steered."""
         return (*self._point, self._heading_rad)
 
+    @property
+    def aim(self) -> tuple[float, float]:
+        """(north_m, east_m) that it sails to on its way back."""
+        return self._aim
+
     def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Coast, and hold the point where the boat is slow."""
         nav = fitted or nav
@@ -89,8 +94,7 @@ class DriftKeeper:
         distance_m = math.hypot(north_m, east_m)
         if self._stop.lasts:
             return self._drifts(distance_m)
-        if self._turning and math.cos(wrap_pi(math.atan2(east_m, north_m) - nav.yaw_rad)) > _ROUND_COS:
-            self._turning = False
+        if self._turning and self._has_come_round(nav):
             self._turn_back()
         if self._returning:
             self._returning_s += dt_s
@@ -124,6 +128,11 @@ class DriftKeeper:
         point = Point(*self._point)
         return Progress(place=point, target=point, distance_to_go_m=distance_m)
 
+    def _has_come_round(self, nav: NavState) -> bool:
+        """Whether a boat that turned back at once has its bow towards its aim."""
+        bearing = math.atan2(self._aim[1] - nav.east_m, self._aim[0] - nav.north_m)
+        return math.cos(wrap_pi(bearing - nav.yaw_rad)) > _ROUND_COS
+
     def _turn_back(self) -> None:
         """Aim at a point upstream of the hold point; at the hold point itself where there is no drift."""
         drift_mps = math.hypot(*self._drift)
@@ -131,7 +140,7 @@ class DriftKeeper:
         if drift_mps >= _LEAST_DRIFT_MPS:
             above_m = _ABOVE_SHARE * self._parameters["DP_WATCH_R"] / drift_mps
         self._aim = self._point[0] - above_m * self._drift[0], self._point[1] - above_m * self._drift[1]
-        self._returning, self._returning_s = True, 0.0
+        self._returning, self._returning_s, self._turning = True, 0.0, False
 
     def _will_rest_there(self, nav: NavState) -> bool:
         """Whether the boat would coast as far as the aim. A boat that does not move towards it has still to turn."""

@@ -72,6 +72,7 @@ class PoseKeeper:
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
         self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
+        self._hurries = False  # a fence is too near for the stop
         self._braking: NavState | None = None  # the last state while the boat brakes
 
     @property
@@ -88,10 +89,11 @@ class PoseKeeper:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
         begun = fitted or nav
+        self._hurries = begun != nav
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(begun, self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
-        self._braking = nav if self._is_fast(nav) and (by_fence is None or begun != nav) else None
+        self._braking = nav if self._is_fast(nav) and (by_fence is None or self._hurries) else None
         self._begin(begun, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
 
     def _is_fast(self, nav: NavState) -> bool:
@@ -125,12 +127,12 @@ class PoseKeeper:
         return setpoint
 
     def _see_rest(self, nav: NavState) -> None:
-        """End the braking where the boat is slow, or beyond the place planned and no longer fast; a fence may lie
-        behind that."""
+        """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that. Where a
+        fence was too near for the stop, only a boat that is no longer fast ends it there."""
         slow = abs(nav.surge_mps) <= _REST_SHARE * self._parameters["DP_SPEED_AHEAD"]
         planned_m = math.dist(self._planned, self._from)
         past = math.dist((nav.north_m, nav.east_m), self._from) >= planned_m
-        if not slow and (not past or self._is_fast(nav)):
+        if not slow and (not past or (self._hurries and self._is_fast(nav))):
             return
         self._braking = None
         begun = replace(nav, surge_mps=0.0, sway_mps=0.0) if past else nav  # from there it leads back
