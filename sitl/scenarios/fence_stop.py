@@ -23,13 +23,13 @@ from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_MANUAL, _FORCES, _HEADING, _MISSION = 0x00010000, 0x00020000, 0x00070000, 0x04040000
+_MANUAL, _FORCES, _HEADING, _HOLD, _MISSION = 0x00010000, 0x00020000, 0x00070000, 0x03040000, 0x04040000
 _BY_STICK = {"manual": _MANUAL, "forces": _FORCES, "heading": _HEADING}
 _BEHIND_M, _BESIDE_M = 40.0, 100.0
 _LATE_M, _LATE_ROOMS = 15.0, 1.5  # from the boat to a line that it is told late: at least, and in times what it needs
 _TIMEOUT_S = 400.0
 _REST_MPS = 0.1
-_SWING_SHARE = 0.5  # of DP_SPEED_AHEAD
+_SWING_SHARE = 0.75  # of DP_SPEED_AHEAD
 _DRIFTS_S = 120.0  # from half the way on: a boat that sails back in its watch circle may never be at rest
 _LAST_S = 10.0
 _HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad, and for each rad/s
@@ -76,7 +76,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     if by == "late":
         _until(gcs, "near the line", lambda: gcs.rig.world.truth.north_m > line_m - late_m, push)
         gcs.upload(_fence(gcs, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
-    _until(gcs, "half the way", lambda: gcs.rig.world.truth.north_m > 0.5 * line_m, push)
+    _until(gcs, "half the way", lambda: gcs.rig.world.truth.north_m > 0.5 * line_m or _is_holding(gcs), push)
     drifts = holds_by_drifting(gcs.rig.config)
     rests_s = gcs.rig.now_s + (_DRIFTS_S if drifts else math.inf)
     _until(gcs, "at rest", lambda: abs(gcs.rig.world.truth.surge_mps) < _REST_MPS or gcs.rig.now_s >= rests_s, push)
@@ -95,6 +95,11 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "fast_mps": fast_mps(gcs.rig.config, number(settings, "fast")),
         "breaches": last.breach_count + last.breach_status,
     }
+
+
+def _is_holding(gcs: GroundStation) -> bool:
+    """Whether the fence has changed the mode to Hold: a fast boat needs more than half the way for its stop."""
+    return int(gcs.last["HEARTBEAT"].custom_mode) == _HOLD
 
 
 def _full_ahead(gcs: GroundStation, steered: bool) -> None:
