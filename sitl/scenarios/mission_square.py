@@ -21,8 +21,8 @@ _TIMEOUT_S = 600.0
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Upload the square, arm in Mission and wait for its last waypoint. Its usual side is so long that the radius of its
-    waypoints is the one that the boat's own file has."""
+    """Upload the square, arm in Mission and wait for its last waypoint. Its usual side is so long that its waypoints
+    have the radius that the boat's own file gives them."""
     home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     usual_m = max(_SIDE_M, gcs.parameter("NAV_ACC_RAD") / _RADIUS_SHARE)
@@ -107,7 +107,7 @@ SCENARIO = Scenario(
     },
     by_vessel={
         "rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"},
-        **dict.fromkeys(("blueboat", "heron", "sailbot", "wamv16"), {"side": "20"}),
+        **{name: {"side": "20"} for name in ("blueboat", "heron", "sailbot", "wamv16")},
     },
     sail=sail,
     measure=measure,
