@@ -98,7 +98,7 @@ class YawLoop:
         kp, ki, kd = _gains(hull.m33_kgm2, resisting, bandwidth, self._integral_share(rate))
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         learned_nm = bias.in_body(nav.yaw_rad)[2]
-        growth = -ki * self._offset(error) - self._forgotten_1ps(rate) * learned_nm
+        growth = -ki * self._offset(error) - self._forgotten_1ps(rate, error, learned_nm) * learned_nm
         if growth != 0.0:
             bias.grow(0.0, 0.0, growth, nav.yaw_rad, dt_s)
         _, _, drag = damping(hull, ahead, 0.0, rate)
@@ -125,8 +125,11 @@ class YawLoop:
             return 0.0
         return _SLOW_INTEGRAL_SHARE * (1.0 - _in_bend(rate_radps)) if self._slowed else _INTEGRAL_SHARE
 
-    def _forgotten_1ps(self, rate_radps: float) -> float:
-        """Share of the learned moment that is forgotten a second, in a turn at that rate."""
+    def _forgotten_1ps(self, rate_radps: float, error: float, learned_nm: float) -> float:
+        """Share of the learned moment that is forgotten a second, in a turn at that rate, or far off the heading where
+        it turns the bow further off: it was of another course and speed."""
+        if abs(error) >= _LARGE_ERROR_RAD and error * learned_nm > 0.0:
+            return 1.0 / _FORGET_S
         return _in_bend(rate_radps) / _FORGET_S if self._slowed else 0.0
 
     def _offset(self, error: float) -> float:

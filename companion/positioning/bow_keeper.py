@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ZERO_WRENCH
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
 from companion.core.readings import ManualInput
@@ -41,6 +41,7 @@ _AT_POINT_M = 0.5
 _MOMENT_SHARE = 0.7  # of the yaw moment, for a turn in the stream
 _LAG_S, _MORE_S = 1.5, 2.0  # of a turn; and for how much more of the drift there must be room before it begins
 _TURN_LENGTHS = 3.0  # boat's lengths that a rudder needs ahead to turn the boat round
+_PUSHED_LENGTHS = 1.5  # the same for a lone thruster that turns the boat by its direction, and pushes it meanwhile
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
@@ -87,6 +88,8 @@ class BowKeeper:
         self._astern_mps = most_mps if math.isfinite(most_mps) else 0.0
         self._hull, self._turning_nm = config.hull, _MOMENT_SHARE * config.limits.yaw_nm
         self._steers_alone = len(config.thrusters) == 1 and not self._needs_flow
+        lengths = _TURN_LENGTHS if self._needs_flow else _PUSHED_LENGTHS if self._steers_alone else 0.0
+        self._turn_m = lengths * self._shortest_m
         self._point = (0.0, 0.0)
         self._own_point = False
         self._lie_rad = self._heading_rad = 0.0
@@ -107,10 +110,11 @@ class BowKeeper:
         """(north_m, east_m, yaw_rad): the hold point and the heading to lie at."""
         return (*self._point, self._lie_rad)
 
-    def start(self, nav: NavState) -> None:
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Brake, and hold the point where the boat comes to rest."""
-        self._point, self._own_point = stopping_point(nav, self._parameters), True
-        self._stop.begin(nav, self._point)
+        self._point, self._own_point = stopping_point(fitted or nav, self._parameters), True
+        hurries = fitted is not None and fitted != nav
+        self._stop.begin(nav, self._point, self._parameters["DP_SPEED_AHEAD"] if hurries else math.inf)
         if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
             self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad
@@ -128,10 +132,12 @@ class BowKeeper:
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """A path setpoint, at `speed_mps` at most; zero thrust while the boat lets itself be carried or stopped."""
-        nav = without_waves(nav)
+        seen, nav = nav, without_waves(nav)
         self._see_drift(nav, dt_s)
         if self._stop.lasts:
-            rest = self._stop.place(nav, self._along_mps(nav))
+            # hard braking is taken for waves for a while: a boat at rest went on braking, and was carried off
+            slower = seen if abs(seen.surge_mps) < abs(nav.surge_mps) else nav
+            rest = self._stop.place(slower, self._along_mps(nav))
             self._point = self._point if rest is None else self._held(rest)
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
@@ -158,7 +164,7 @@ class BowKeeper:
             along = max(0.0, math.cos(wrap_pi(self._heading_rad - bearing)))
             surge_mps = back_mps * max(self._steerage, aligned * along)
             if self._backs(nav, bearing):
-                return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
+                return self._straight_astern(nav, progress)
         else:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
@@ -176,11 +182,20 @@ class BowKeeper:
         return place if self._fence is None else self._fence.held_place(place)
 
     def _backs(self, nav: NavState, bearing_rad: float) -> bool:
-        """Whether a boat that turns in a circle first goes astern: the point lies astern, and a fence so near ahead
+        """Whether a boat that moves on as it turns first goes astern: the point lies astern, and a fence so near ahead
         that it would be crossed in the turn."""
-        if self._fence is None or not self._needs_flow or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
+        if self._fence is None or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
             return False
-        return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < _TURN_LENGTHS * self._shortest_m
+        return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < self._turn_m
+
+    def _straight_astern(self, nav: NavState, progress: Progress) -> Setpoint:
+        """Astern on the heading that the boat has; a rudder does not steer, which it would do by thrust ahead."""
+        astern_mps = self._parameters["DP_SPEED_ASTERN"]
+        if not self._needs_flow:
+            return PathSetpoint(nav.yaw_rad, -astern_mps, progress=progress)
+        gain = self._hull.m11_kg * self._parameters["PATH_BW_SURGE"]
+        surge_n = -gain * (astern_mps + nav.surge_mps) - self._hull.drag_n(astern_mps)
+        return WrenchSetpoint(Wrench(surge_n, 0.0, 0.0), replace(progress, yaw_rad=nav.yaw_rad))
 
     def _goes_astern_first(self, nav: NavState) -> bool:
         """Whether the boat, with its bow down the stream, goes astern for room to turn: in the turn it would be carried

@@ -25,16 +25,17 @@ _SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
 _LEAST_DRIFT_MPS = 0.05
 _STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
 _LONGEST_RETURN_S = 90.0  # after which it aims anew
+_ROUND_COS = 0.5  # of the angle from the bow to the aim: with it a boat that turns back at once has come round
 
 
 class DriftKeeper:
     """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
-    again. Under way, it first coasts, and holds where it has become slow. Where that is too near to a fence for its
-    watch circle, it turns back at once, to a place further inside.
+    again. Under way, it first coasts, and holds where it will have coasted to. Where that is too near to a fence for
+    its watch circle, it turns back at once, to a place further inside.
 
-    Remembers the hold point, whether the boat is stopping, or sailing back and since when, and the measured drift over
-    ground.
+    Remembers the hold point, whether the boat is stopping, turning back at once, or sailing back and since when, and
+    the measured drift over ground.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
@@ -44,7 +45,7 @@ class DriftKeeper:
         self._coasting = Coasting(config.hull, 10.0)
         self._point = self._aim = (0.0, 0.0)
         self._heading_rad = 0.0
-        self._returning = self._arrived = False
+        self._returning = self._arrived = self._turning = False
         self._returning_s = 0.0
         self._drift = (0.0, 0.0)
         self._stop = Stop(_SLOW_MPS)
@@ -59,33 +60,42 @@ class DriftKeeper:
         """(north_m, east_m, yaw_rad): the hold point and the last heading steered."""
         return (*self._point, self._heading_rad)
 
-    def start(self, nav: NavState) -> None:
+    @property
+    def aim(self) -> tuple[float, float]:
+        """(north_m, east_m) that it sails to on its way back."""
+        return self._aim
+
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Coast, and hold the point where the boat is slow."""
+        nav = fitted or nav
         rest = stopping_point(nav, self._parameters)
         self._point = rest if self._fence is None else self._fence.held_place(rest)
         self._stop.begin(nav, self._point)
         self._heading_rad = nav.yaw_rad
-        self._returning = self._arrived = False
-        if self._point != rest:  # nothing but a turn stops it: back, as far as it would coast on
+        self._returning = self._arrived = self._turning = False
+        if self._point != rest:  # nothing but a turn stops it: back, until the bow has come round
             self._stop.end()
             self._turn_back()
+            self._turning = True
             self._aim = 2.0 * nav.north_m - rest[0], 2.0 * nav.east_m - rest[1]
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
         self._stop.end()
-        self._arrived = self._returning = False
+        self._arrived = self._returning = self._turning = False
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """Zero thrust while drifting, else a path setpoint for the way back at `speed_mps` at most."""
         self._see_drift(nav, dt_s)
-        if self._stop.lasts:
-            self._point = self._stop.place(nav) or self._point
+        if self._stop.lasts and (place := self._stop.place(nav)) is not None:
+            self._point = self._coasted(nav, place)
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
         if self._stop.lasts:
             return self._drifts(distance_m)
+        if self._turning and self._has_come_round(nav):
+            self._turn_back()
         if self._returning:
             self._returning_s += dt_s
             self._returning = not self._will_rest_there(nav)
@@ -101,12 +111,27 @@ class DriftKeeper:
         surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)))
         return PathSetpoint(self._heading_rad, surge_mps, progress=self._progress(distance_m))
 
+    def _coasted(self, nav: NavState, place: tuple[float, float]) -> tuple[float, float]:
+        """Where a boat that is slow at `place` will come to rest: no way back has to bring it there. The place itself
+        where that is beyond the planned one, or too near to a fence."""
+        if place != (nav.north_m, nav.east_m):
+            return place
+        speed_mps = math.hypot(nav.north_mps, nav.east_mps)
+        share_s = self._coasting.way_m(speed_mps) / max(_LEAST_DRIFT_MPS, speed_mps)
+        rest = nav.north_m + share_s * nav.north_mps, nav.east_m + share_s * nav.east_mps
+        return rest if self._fence is None or self._fence.held_place(rest) == rest else place
+
     def _drifts(self, distance_m: float) -> WrenchSetpoint:
         return WrenchSetpoint(ZERO_WRENCH, replace(self._progress(distance_m), yaw_rad=self._heading_rad))
 
     def _progress(self, distance_m: float) -> Progress:
         point = Point(*self._point)
         return Progress(place=point, target=point, distance_to_go_m=distance_m)
+
+    def _has_come_round(self, nav: NavState) -> bool:
+        """Whether a boat that turned back at once has its bow towards its aim."""
+        bearing = math.atan2(self._aim[1] - nav.east_m, self._aim[0] - nav.north_m)
+        return math.cos(wrap_pi(bearing - nav.yaw_rad)) > _ROUND_COS
 
     def _turn_back(self) -> None:
         """Aim at a point upstream of the hold point; at the hold point itself where there is no drift."""
@@ -115,7 +140,7 @@ class DriftKeeper:
         if drift_mps >= _LEAST_DRIFT_MPS:
             above_m = _ABOVE_SHARE * self._parameters["DP_WATCH_R"] / drift_mps
         self._aim = self._point[0] - above_m * self._drift[0], self._point[1] - above_m * self._drift[1]
-        self._returning, self._returning_s = True, 0.0
+        self._returning, self._returning_s, self._turning = True, 0.0, False
 
     def _will_rest_there(self, nav: NavState) -> bool:
         """Whether the boat would coast as far as the aim. A boat that does not move towards it has still to turn."""

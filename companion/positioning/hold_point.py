@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 from companion.baselines.path_choice import ChosenPathTracker
@@ -45,8 +45,9 @@ class Keeper(Protocol):
         """(north_m, east_m, yaw_rad) that is held or led to."""
         ...
 
-    def start(self, nav: NavState) -> None:
-        """Begin from the boat's present motion and come to rest."""
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
+        """Begin from the boat's present motion and come to rest. `fitted`: the same, no faster than the boat can stop
+        inside its fence as gently as a reference does; None where it can."""
         ...
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
@@ -71,6 +72,7 @@ class PoseKeeper:
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
         self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
+        self._hurries = False  # a fence is too near for the stop
         self._braking: NavState | None = None  # the last state while the boat brakes
 
     @property
@@ -83,15 +85,20 @@ class PoseKeeper:
         """(north_m, east_m, yaw_rad) that the reference leads to."""
         return self._reference.target
 
-    def start(self, nav: NavState) -> None:
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
-        self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(nav, self._parameters)
-        fast = abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"]
+        begun = fitted or nav
+        self._hurries = begun != nav
+        self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(begun, self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
-        self._braking = nav if fast and by_fence is None else None
-        self._begin(nav, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
+        self._braking = nav if self._is_fast(nav) and (by_fence is None or self._hurries) else None
+        self._begin(begun, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
+
+    def _is_fast(self, nav: NavState) -> bool:
+        """Whether it moves faster than positioning moves it."""
+        return abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"]
 
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
         """Lead the reference from the boat's motion to a place."""
@@ -120,14 +127,17 @@ class PoseKeeper:
         return setpoint
 
     def _see_rest(self, nav: NavState) -> None:
-        """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that."""
+        """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that. Where a
+        fence was too near for the stop, only a boat that is no longer fast ends it there."""
         slow = abs(nav.surge_mps) <= _REST_SHARE * self._parameters["DP_SPEED_AHEAD"]
         planned_m = math.dist(self._planned, self._from)
-        if not slow and math.dist((nav.north_m, nav.east_m), self._from) < planned_m:
+        past = math.dist((nav.north_m, nav.east_m), self._from) >= planned_m
+        if not slow and (not past or (self._hurries and self._is_fast(nav))):
             return
         self._braking = None
-        near = stopping_point(nav, self._parameters)
-        self._begin(nav, near if math.dist(near, self._from) <= planned_m else self._planned, self.target[2])
+        begun = replace(nav, surge_mps=0.0, sway_mps=0.0) if past else nav  # from there it leads back
+        near = stopping_point(begun, self._parameters)
+        self._begin(begun, near if math.dist(near, self._from) <= planned_m else self._planned, self.target[2])
 
     def _progress(self, nav: NavState) -> Progress:
         north_m, east_m, _ = self.target
@@ -356,7 +366,7 @@ class HoldPoint:
 
     def _start_keeper(self, nav: NavState) -> None:
         self._keeper = self._keepers[int(self._parameters["DP_UNDER"])]
-        self._keeper.start(nav if self._fence is None else self._fence.slowed(nav))
+        self._keeper.start(nav, None if self._fence is None else self._fence.slowed(nav))
 
     def drop_speed(self) -> None:
         """Forget the speed given to `go_to`: go on at the speed that `update` is given."""

@@ -50,7 +50,7 @@ class SailKeeper:
         """(north_m, east_m, yaw_rad): the hold point and the last heading asked for."""
         return (*self._point, self._heading_rad)
 
-    def start(self, nav: NavState) -> None:
+    def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Hold here."""
         self._point = (nav.north_m, nav.east_m)
         self._heading_rad = nav.yaw_rad

@@ -12,15 +12,17 @@ class Stop:
 
     How soon a boat stops depends on its thrusters, wind and current. A point planned further ahead would have to be
     sailed to afterwards. Where the boat does not rest before the planned point, that is held: a fence may lie behind
-    it.
+    it. One that can brake, and is still faster than it turns back at, brakes first: in the turn it would sail on.
 
-    Remembers where the stop began, the planned point, and whether the boat is still stopping.
+    Remembers where the stop began, the planned point, how fast the boat may turn back, and whether it is still
+    stopping.
     """
 
     def __init__(self, rest_mps: float) -> None:
         """`rest_mps`: speed along the hull, over ground, that counts as rest."""
         self._rest_mps = rest_mps
         self._from = self._planned = (0.0, 0.0)
+        self._turns_mps = math.inf
         self._lasts = False
 
     @property
@@ -28,9 +30,10 @@ class Stop:
         """Whether the boat has still to come to rest."""
         return self._lasts
 
-    def begin(self, nav: NavState, planned: tuple[float, float]) -> None:
-        """The boat is to stop. `planned`: (north_m, east_m) of the last point to do so."""
-        self._from, self._planned = (nav.north_m, nav.east_m), planned
+    def begin(self, nav: NavState, planned: tuple[float, float], turns_mps: float = math.inf) -> None:
+        """The boat is to stop. `planned`: (north_m, east_m) of the last point to do so. `turns_mps`: the highest speed
+        along the hull at which it gives up to stop there, and turns; infinite where nothing brakes it."""
+        self._from, self._planned, self._turns_mps = (nav.north_m, nav.east_m), planned, turns_mps
         self._lasts = abs(nav.surge_mps) > self._rest_mps
 
     def end(self) -> None:
@@ -43,7 +46,7 @@ class Stop:
         here = nav.north_m, nav.east_m
         past = math.dist(here, self._from) >= math.dist(self._planned, self._from)
         slow = min(0.0, carried_mps) - self._rest_mps <= nav.surge_mps <= self._rest_mps + max(0.0, carried_mps)
-        if not past and not slow:
+        if not slow and (not past or abs(nav.surge_mps) > self._turns_mps):
             return None
         self._lasts = False
         return self._planned if past else here

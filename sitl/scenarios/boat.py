@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from companion.config.hull import AIR_KGPM3
+from companion.config.dimensions.limits import support_n
+from companion.config.hull import AIR_KGPM3, HullConfig
 from companion.config.reversing import stern_first_refusal, turns_on_the_spot
 from companion.config.rough_water import ROUGH, USUAL
 from companion.config.top_speed import top_speed_mps
@@ -21,6 +22,8 @@ Ability = Callable[[VesselConfig], str | None]
 
 _HALVINGS = 20
 _COMPASS_DEG = 1.0
+_REST_MPS, _STEP_MPS = 0.3, 0.05
+_REACTION_S = 2.0  # to hear of the line, to decide, and to reverse the thrust
 _FAST_SHARE = 0.8  # of the top speed: also in wind and current, such a boat is fast
 
 
@@ -44,6 +47,31 @@ def holds_by_drifting(config: VesselConfig) -> bool:
 def fast_mps(config: VesselConfig, asked_mps: float) -> float:
     """The least speed at which the boat counts as fast: as asked, or a share of the top speed of a slower one."""
     return min(asked_mps, _FAST_SHARE * top_speed_mps(config))
+
+
+def stopping_room_m(config: VesselConfig, speed_mps: float) -> float:
+    """What the boat needs ahead of its middle to stop its bow short of a line: by all its thrust astern and the drag of
+    its hull, or by a turn where it has no way astern. Less is more than such a boat can do."""
+    begins_m = 0.5 * config.length_m + _REACTION_S * speed_mps
+    if not comes_back(config):
+        astern_n = min(config.limits.surge_n, sum(support_n(each, -1.0, 0.0, 0.0) for each in config.thrusters))
+        return begins_m + way_to_rest_m(config.hull, speed_mps, astern_n)
+    return begins_m + min(way_to_rest_m(config.hull, speed_mps, 0.0), _turning_m(config, speed_mps))
+
+
+def way_to_rest_m(hull: HullConfig, speed_mps: float, astern_n: float) -> float:
+    """The way of the hull from that speed to rest, with a thrust astern: ∫ m u / (D(u) + T) du."""
+    steps = max(1, math.ceil((speed_mps - _REST_MPS) / _STEP_MPS))
+    speeds = [_REST_MPS + (i + 0.5) * _STEP_MPS for i in range(steps)]
+    return sum(_STEP_MPS * hull.m11_kg * u / max(1e-3, hull.drag_n(u) + astern_n) for u in speeds)
+
+
+def _turning_m(config: VesselConfig, speed_mps: float) -> float:
+    """Radius of the steady turn by all the yaw moment at that speed."""
+    d, moment_nm = config.hull.damping, config.limits.yaw_nm
+    linear = d.n_r + d.n_ur * speed_mps
+    rate_radps = 2.0 * moment_nm / (linear + math.sqrt(linear**2 + 4.0 * d.n_rr * moment_nm))
+    return speed_mps / max(1e-3, rate_radps)
 
 
 def leeway_mps(config: VesselConfig, wind_ahead_mps: float) -> float:

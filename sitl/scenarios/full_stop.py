@@ -11,10 +11,9 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.dimensions.limits import support_n
-from companion.config.hull import HullConfig
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.boat import comes_back, fast_mps, leeway_mps, motor
+from sitl.scenarios.boat import comes_back, fast_mps, leeway_mps, motor, way_to_rest_m
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -24,7 +23,6 @@ _ALL_MPS = 25.0  # more than any boat does: the mission sails at its limit
 _LEG_M = 5000.0
 _SILENCE_S = 15.0
 _REST_MPS = 0.3  # along the hull, over ground
-_STEP_MPS = 0.05
 _REACTION_S = 3.0  # to decide, and to reverse the thrust
 _BRAKING_SHARE = 0.4  # of the thrust astern over the mass: the rest is wind, current and what propellers lose
 _COASTING_SHARE = 4.0  # of the time for the same way at the speed before
@@ -68,17 +66,10 @@ def _stop(config: VesselConfig, speed_mps: float) -> tuple[float, float]:
     has none."""
     astern_n = min(config.limits.surge_n, sum(support_n(thruster, -1.0, 0.0, 0.0) for thruster in config.thrusters))
     if astern_n <= 0.0:
-        way_m = _REACTION_S * speed_mps + _coasting_m(config.hull, speed_mps)
+        way_m = _REACTION_S * speed_mps + way_to_rest_m(config.hull, speed_mps, 0.0)
         return way_m, _COASTING_SHARE * way_m / max(_REST_MPS, speed_mps)
     braking_mps2 = _BRAKING_SHARE * astern_n / config.hull.m11_kg
     return _REACTION_S * speed_mps + speed_mps**2 / (2.0 * braking_mps2), _REACTION_S + speed_mps / braking_mps2
-
-
-def _coasting_m(hull: HullConfig, speed_mps: float) -> float:
-    """The way that the hull coasts from that speed to rest: ∫ m u / D(u) du."""
-    steps = max(1, math.ceil((speed_mps - _REST_MPS) / _STEP_MPS))
-    speeds = [_REST_MPS + (i + 0.5) * _STEP_MPS for i in range(steps)]
-    return sum(_STEP_MPS * hull.m11_kg * u / max(1e-3, hull.drag_n(u)) for u in speeds)
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:

@@ -15,18 +15,22 @@ from sitl.scenarios.measure import Check, between, closest, cross_track_errors, 
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _RADIUS_SHARE = 0.075  # share of the side
+_SIDE_M, _LIMIT_M = 20.0, 0.5
 _MISSION = 0x04040000
 _TIMEOUT_S = 600.0
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Upload the square, arm in Mission and wait for its last waypoint."""
+    """Upload the square, arm in Mission and wait for its last waypoint. Its usual side is so long that its waypoints
+    have the radius that the boat's own file gives them."""
     home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    radius_m = number(settings, "radius") if settings["radius"] else _RADIUS_SHARE * number(settings, "side")
+    usual_m = max(_SIDE_M, gcs.parameter("NAV_ACC_RAD") / _RADIUS_SHARE)
+    side_m = number(settings, "side") if settings.get("side") else usual_m
+    radius_m = number(settings, "radius") if settings.get("radius") else _RADIUS_SHARE * side_m
     items = [
         Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan))
-        for corner in square(number(settings, "side"))
+        for corner in square(side_m)
     ]
     gcs.ready()
     gcs.upload(items)
@@ -37,7 +41,10 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.wait("the last waypoint", lambda: len(items) - 1 in gcs.reached, _TIMEOUT_S)
     finished_s = gcs.rig.now_s
     gcs.sail(10.0)
+    by_side_m = _LIMIT_M if settings.get("side") else _LIMIT_M * side_m / _SIDE_M
     return {
+        "side_m": side_m,
+        "limit_m": number(settings, "limit") if settings.get("limit") else by_side_m,
         "start": (truth.north_m, truth.east_m),
         "started_s": started_s,
         "finished_s": finished_s,
@@ -52,7 +59,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     from sitl.evaluate.figures import route_metrics  # which imports the scenarios
 
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
-    corners = square(number(settings, "side"))
+    corners = square(asked["side_m"])
     waypoints = [asked["start"], *corners]
     path = sampled_path(waypoints, settings["path"])
     errors = cross_track_errors(track, path)
@@ -66,8 +73,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "speed_max_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in track),
         **(route_metrics(track, asked["config"], waypoints) if settings["path"] == "linear" else {}),
     }
-    radius_m = _RADIUS_SHARE * number(settings, "side")
-    limit_m = max(number(settings, "limit"), asked["beats_m"])  # a sail beats within its corridor
+    radius_m = _RADIUS_SHARE * asked["side_m"]
+    limit_m = max(asked["limit_m"], asked["beats_m"])  # a sail beats within its corridor
     checks = (
         Check(
             "every waypoint was announced as reached",
@@ -87,9 +94,9 @@ SCENARIO = Scenario(
     text="a square uploaded and sailed over MAVLink",
     vessel="revolt",
     defaults={
-        "side": "20",
+        "side": "",
         "radius": "",
-        "limit": "0.5",
+        "limit": "",
         "wind": "2",
         "current": "",
         "gnss": "rtk",
@@ -98,7 +105,10 @@ SCENARIO = Scenario(
         "plant": "",
         "path": "pchip",
     },
-    by_vessel={"rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"}},
+    by_vessel={
+        "rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"},
+        **{name: {"side": "20"} for name in ("blueboat", "heron", "sailbot", "wamv16")},
+    },
     sail=sail,
     measure=measure,
     lasts_s=170.0,

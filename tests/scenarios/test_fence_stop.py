@@ -53,7 +53,7 @@ def test_stops_inside_in_other_conditions(tmp_path: Path, by: str, change: dict[
 
 
 def test_a_check_can_fail(tmp_path: Path) -> None:
-    """No boat stops in so short a way: the scenario must say so."""
-    changes = {"by": "late", "late": "2", "line": "25", "stay": "0"}
+    """No boat stops in so short a way in such a wind: the scenario must say so."""
+    changes = {"by": "late", "late": "1", "line": "25", "stay": "20", "wind": "18@180"}
     outcome = run(SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes=changes)
     assert not outcome.ok and any(not check.ok and check.name.startswith("the hull") for check in outcome.checks)

@@ -71,6 +71,22 @@ def test_a_large_error_turns_the_boat_at_the_rate_of_its_parameter(name: str) ->
     assert 0.9 * reachable <= -rate_radps <= 1.05 * fastest
 
 
+def learnt_after_nm(learned_nm: float, error_rad: float) -> float:
+    """What is left of a learned moment after 8 s so far off the heading."""
+    loop, bias = YawLoop(JET_BOAT, Parameters(JET_BOAT.parameters)), BiasForce(JET_BOAT.limits)
+    bias.grow(0.0, 0.0, learned_nm, 0.0, 1.0)
+    nav = replace(NO_ESTIMATE, yaw_rad=error_rad, surge_mps=1.0)
+    for _ in range(160):
+        loop.moment_nm(PathSetpoint(0.0, 1.0), nav, bias, 0.05)
+    return bias.in_body(error_rad)[2]
+
+
+def test_a_moment_learned_on_another_course_does_not_hold_the_bow_off_in_a_turn() -> None:
+    """A small jet that had come to rest from full speed circled its point for a minute, out of its alarm circle."""
+    assert 0.0 < learnt_after_nm(100.0, 1.5) < 20.0
+    assert learnt_after_nm(100.0, -1.5) == pytest.approx(100.0), "one that turns the bow the right way may stay"
+
+
 def slowed(rate_dps: float = 14.0) -> YawLoop:
     """A loop whose nozzle is found to turn at that rate instead of 70 degrees a second."""
     loop = YawLoop(JET_BOAT, Parameters(JET_BOAT.parameters))

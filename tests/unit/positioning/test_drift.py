@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from companion.config.hull import DampingConfig, HullConfig
 from companion.config.reversing import can_reverse
 from companion.config.vessel import find, load
+from companion.core.estimate import NO_ESTIMATE
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.fence.guard import FenceGuard
 from companion.guidance.coasting import Coasting
 from companion.params.store import Parameters
 from companion.positioning.drift import DriftKeeper
@@ -77,6 +79,22 @@ def test_it_stays_inside_and_sails_back_against_the_drift(boat: Boat, drift: tup
     against = math.atan2(-drift[1], -drift[0])
     for course in particle.returns:
         assert abs(math.remainder(course - against, math.tau)) < math.radians(35.0)
+
+
+def test_a_jet_that_has_come_round_before_a_fence_sails_to_its_point_and_not_beyond() -> None:
+    """A small jet went on for 30 m to where it would have coasted, mirrored: out of its alarm circle."""
+
+    class Line:
+        def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+            return min(place[0], 4.0), place[1]
+
+    keeper = DriftKeeper(VESSEL, PARAMETERS, cast(FenceGuard, Line()))
+    keeper.start(replace(NO_ESTIMATE, surge_mps=5.0, north_mps=5.0))
+    going = replace(NO_ESTIMATE, north_m=20.0, north_mps=4.0, surge_mps=4.0)
+    keeper.update(going, None, 8.0, DT_S)
+    assert keeper.aim[0] < -10.0, "the nearest way round is aimed at first"
+    keeper.update(replace(going, yaw_rad=3.0, north_mps=-4.0), None, 8.0, DT_S)
+    assert keeper.aim == keeper.target[:2] == (4.0, 0.0)
 
 
 def test_in_still_water_it_does_nothing(boat: Boat) -> None:

@@ -86,6 +86,17 @@ def test_a_boat_that_cannot_brake_holds_the_place_that_was_planned() -> None:
     assert keeper.target[0] == planned_m
 
 
+def test_a_fence_too_near_for_the_stop_has_the_boat_brake_with_all_its_thrust() -> None:
+    """It led the reference from rest, whose feedback brakes less: a barge came to rest 1.4 m further on."""
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}))
+    keeper.start(at(0.0, 2.0), fitted=at(0.0, 0.0))
+    for north_m, surge_mps in ((0.2, 1.9), (2.0, 1.0)):
+        setpoint = asked(keeper, north_m, surge_mps)
+        assert isinstance(setpoint, PathSetpoint) and setpoint.surge_mps == 0.0
+    setpoint = asked(keeper, 2.5, 0.4)
+    assert isinstance(setpoint, PoseSetpoint) and setpoint.surge_mps <= 0.0 and keeper.target[0] == 0.0
+
+
 def test_at_the_speeds_of_positioning_the_reference_brakes() -> None:
     assert isinstance(asked(stopping(0.45), 0.0, 0.45), PoseSetpoint)
 

@@ -8,17 +8,19 @@ from typing import cast
 
 import pytest
 
-from companion.config.vessel import VesselConfig, find, load
+from companion.cli.new_file import file_text
+from companion.config.vessel import VesselConfig, find, load, parse
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.core.estimate import NO_ESTIMATE, NavState, WaveMotion
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
+from companion.guidance.coasting import Coasting
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.stop import Stop
-from tests.unit.rudder_boat import SKIFF
+from tests.unit.rudder_boat import ANSWERS, SKIFF
 
 REST_MPS = 0.2
 
@@ -49,6 +51,14 @@ def test_the_place_of_rest_is_held() -> None:
 def test_where_the_boat_does_not_rest_in_time_the_planned_point_is_held() -> None:
     stop = begun(5.0)
     assert stop.place(at(5.5, 1.0)) == (5.0, 0.0) and not stop.lasts
+
+
+def test_a_boat_that_is_fast_where_it_should_rest_brakes_before_it_turns() -> None:
+    """A RIB told of a fence 15 m ahead turned round at 8 m/s, with thrust ahead: 20 m beyond the line."""
+    stop = Stop(REST_MPS)
+    stop.begin(at(0.0, 8.0), (0.0, 0.0), turns_mps=0.5)
+    assert stop.place(at(5.0, 6.0)) is None
+    assert stop.place(at(9.0, 0.4)) == (0.0, 0.0)
 
 
 def test_a_boat_carried_aside_does_not_stop_for_ever() -> None:
@@ -101,13 +111,45 @@ def test_near_a_fence_the_place_to_hold_lies_further_inside() -> None:
     assert keeper.target[:2] == (4.0, 0.0)
 
 
+def test_a_fence_too_near_to_stop_is_no_reason_to_turn_at_speed() -> None:
+    keeper = fenced(load(find("otter")))
+    fast = at(6.0, 2.4)
+    keeper.start(fast, fitted=replace(fast, surge_mps=0.0, north_mps=0.0))
+    braking = keeper.update(at(6.2, 2.3), None, 1.0, 0.1)
+    assert isinstance(braking, PathSetpoint) and braking.surge_mps == 0.0 and braking.yaw_rad == 0.0
+    keeper.update(at(7.5, 0.1), None, 1.0, 0.1)
+    assert keeper.target[:2] == (4.0, 0.0)
+
+
+def test_braking_that_is_taken_for_waves_ends_with_the_boats_own_rest() -> None:
+    """A kayak at rest braked for 20 s, since the estimate took half a metre a second of its braking for waves."""
+    keeper = otter()
+    keeper.start(at(0.0, 1.5))
+    waves = WaveMotion(3.0, 0.0, 0.0, 0.0, -0.5, 0.0, 0.0)
+    keeper.update(replace(at(2.0, 0.1), waves=waves), None, 1.0, 0.1)
+    assert keeper.target[:2] == (2.0, 0.0) and keeper.arrived
+
+
+def test_an_outboard_with_the_fence_ahead_goes_astern_before_it_turns_round() -> None:
+    """A launch at rest 2 m from its fence turned round, and its outboard pushed it over."""
+    answers = replace(ANSWERS, name="launch", length_m=5.2, beam_m=1.7, mass_kg=750.0, layout="azimuth", motor="320")
+    keeper = fenced(parse(file_text(answers), "launch.toml"))
+    keeper.start(at(11.0, 0.0))
+    keeper.hold(-20.0, 0.0, 0.0, None)
+    near = keeper.update(at(11.0, 0.0), None, 1.0, 0.1)
+    assert isinstance(near, PathSetpoint) and near.surge_mps < 0.0 and near.yaw_rad == 0.0
+    clear = keeper.update(at(12.0 - 1.6 * 5.2, 0.0), None, 1.0, 0.1)
+    assert isinstance(clear, PathSetpoint) and abs(wrap_pi((clear.yaw_rad or 0.0) - math.pi)) < 0.1
+
+
 def test_a_rudder_with_the_fence_ahead_goes_astern_before_it_turns_round() -> None:
     """A launch turned its bow in 17 m, with 10 m left."""
     keeper = fenced(SKIFF)
     keeper.start(at(11.0, 0.0))
     keeper.hold(-20.0, 0.0, 0.0, None)
     near = keeper.update(at(11.0, 0.0), None, 1.0, 0.1)
-    assert isinstance(near, PathSetpoint) and near.surge_mps < 0.0 and near.yaw_rad == 0.0
+    assert isinstance(near, WrenchSetpoint) and near.wrench.surge_n < 0.0, "a rudder that steers pushes ahead"
+    assert near.wrench.yaw_nm == 0.0 and near.progress.yaw_rad == 0.0
     clear = keeper.update(at(12.0 - 3.1 * SKIFF.length_m, 0.0), None, 1.0, 0.1)
     assert isinstance(clear, PathSetpoint) and abs(wrap_pi((clear.yaw_rad or 0.0) - math.pi)) < 0.1
 
@@ -182,7 +224,7 @@ def test_a_jet_holds_where_it_has_coasted_to(rest_m: float) -> None:
     for north_m in range(0, int(rest_m), 5):
         assert isinstance(keeper.update(at(float(north_m), 5.0), None, 8.0, 0.05), WrenchSetpoint)
     keeper.update(at(rest_m, 1.0), None, 8.0, 0.05)
-    assert keeper.target[0] == rest_m
+    assert keeper.target[0] == pytest.approx(rest_m + Coasting(config.hull, 10.0).way_m(1.0), abs=0.1)
 
 
 def test_a_rudder_is_not_asked_to_hold_the_heading_while_the_boat_brakes() -> None:

@@ -11,7 +11,14 @@ from companion.cli.rig import LockstepRig
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
 from companion.config.vessel import find, load, with_camera
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.boat import fast_mps, holds_by_drifting, leeway_mps, sailed_with
+from sitl.scenarios.boat import (
+    fast_mps,
+    holds_by_drifting,
+    leeway_mps,
+    sailed_with,
+    stopping_room_m,
+    way_to_rest_m,
+)
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run, settings_for
@@ -68,6 +75,14 @@ def test_a_camera_finds_a_relay_of_an_autopilot_board_too() -> None:
     board = with_camera(load(find("blueboat"))).actuators[0]
     assert isinstance(board, MavlinkServoConfig) and board.mavlink is not None
     assert len(board.mavlink.relays) == len(board.relays) == len(set(board.mavlink.relays)) > 0
+
+
+def test_the_room_for_a_stop_is_by_thrust_astern_or_by_a_turn() -> None:
+    otter, jet = load(find("otter")), load(find("rescuerunner"))
+    braked_m, coasted_m = way_to_rest_m(otter.hull, 2.4, 200.0), way_to_rest_m(otter.hull, 2.4, 0.0)
+    assert 2.4**2 / 2.0 * otter.hull.m11_kg / 500.0 < braked_m < 0.7 * coasted_m
+    assert 1.0 + 4.8 + 0.5 * braked_m < stopping_room_m(otter, 2.4) < 1.0 + 4.8 + 2.0 * braked_m
+    assert stopping_room_m(jet, 10.0) < 22.0 + way_to_rest_m(jet.hull, 10.0, 0.0), "it turns sooner than it coasts"
 
 
 def gnss(scenario: str, vessel: str, **changes: str) -> str:
