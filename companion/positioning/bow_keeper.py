@@ -69,7 +69,7 @@ class BowKeeper:
     Under way, it first brakes with all its thrust astern, on its heading, and holds where it has come to rest; near a
     fence, so far inside that its watch circle is. A boat that lies across the stream turns its bow into it meanwhile.
     One whose bow points down the stream goes astern first, where the turn would carry it over a fence, and holds where
-    it has room.
+    it has room; so does one that moves on as it turns, with a rudder or a lone thruster, before a fence near ahead.
 
     Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift, whether the boat is
     stopping, coming back or going astern first, how long it has gone round the point, and whether it lets itself be
@@ -183,10 +183,12 @@ class BowKeeper:
 
     def _backs(self, nav: NavState, bearing_rad: float) -> bool:
         """Whether a boat that moves on as it turns first goes astern: the point lies astern, and a fence so near ahead
-        that it would be crossed in the turn."""
+        that it would be crossed in the turn. Between two lines it keeps to the middle."""
         if self._fence is None or math.cos(wrap_pi(bearing_rad - nav.yaw_rad)) >= 0.0:
             return False
-        return self._fence.room_m((nav.north_m, nav.east_m), nav.yaw_rad) < self._turn_m
+        here = nav.north_m, nav.east_m
+        ahead_m, astern_m = (self._fence.room_m(here, yaw_rad) for yaw_rad in (nav.yaw_rad, nav.yaw_rad + math.pi))
+        return ahead_m < self._turn_m and ahead_m <= astern_m
 
     def _straight_astern(self, nav: NavState, progress: Progress) -> Setpoint:
         """Astern on the heading that the boat has; a rudder does not steer, which it would do by thrust ahead."""

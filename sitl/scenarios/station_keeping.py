@@ -7,22 +7,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from companion.config.dimensions.limits import largest
 from companion.core.angles import wrap_pi
 from sitl.faults import known
 from sitl.scenarios import positioning_plot
 from sitl.scenarios.boat import heading_error_deg, sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check, between, distance_to, receiver_error_m, rms
+from sitl.scenarios.measure import Check, between, distance_to, read_events, receiver_error_m, rms
 from sitl.scenarios.positioning import figures, read
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _DIES_S, _DEAD_S, _RECOVERY_S = 60.0, 120.0, 60.0
+_LEAST_SHARE = 0.05  # of the limit of a sound boat: less force counts as none
 _HEADING_DEG = 1.5  # beside the slow error of the compass
-_FEWEST = 2  # thrusters, of which one alone is left
 
 
-def _asked(gcs: GroundStation, from_s: float, **more: float) -> dict[str, Any]:
+def _asked(gcs: GroundStation, from_s: float, **more: float | bool) -> dict[str, Any]:
     config = gcs.rig.config
     return {
         "from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": config.home.yaw_rad, "thrusters": thrusters_of(config),
@@ -43,7 +44,8 @@ def sail_with_failure(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home; a thruster fails after one minute for two: the first one is dead, unless `thruster` and `failure`
     differ."""
     config = gcs.rig.config
-    fault = f"thruster_{settings['thruster'] or config.thrusters[0].name}_{settings['failure']}"
+    name = settings["thruster"] or config.thrusters[0].name
+    fault = f"thruster_{name}_{settings['failure']}"
     if fault not in known(config):
         names = ", ".join(
             name.removeprefix("thruster_") for name in sorted(known(config)) if name.startswith("thruster_")
@@ -57,9 +59,16 @@ def sail_with_failure(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.rig.world.add_fault(fault, _DEAD_S)
     gcs.sail(_DEAD_S + _RECOVERY_S + _DIES_S)
     recovered_s = from_s + _DIES_S + _DEAD_S + _RECOVERY_S
-    slow_deg = heading_error_deg(config, gcs.rig.conditions)
-    alarm_m = gcs.parameter("DP_ALARM_R")
-    return _asked(gcs, from_s, recovered_s=recovered_s, alarm_m=alarm_m, heading_error_deg=slow_deg)
+    left = [thruster for thruster in config.thrusters if thruster.name != name]
+    return _asked(
+        gcs,
+        from_s,
+        recovered_s=recovered_s,
+        alarm_m=gcs.parameter("DP_ALARM_R"),
+        heading_error_deg=heading_error_deg(config, gcs.rig.conditions),
+        holds_sideways=largest(left, 1) > _LEAST_SHARE * config.limits.sway_n,
+        goes_ahead=largest(left, 0, free=(1,)) > _LEAST_SHARE * config.limits.surge_n,
+    )
 
 
 def _off(folder: Path, asked: dict[str, Any], from_s: float) -> dict[str, float]:
@@ -95,17 +104,23 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def measure_with_failure(
     folder: Path, asked: dict[str, Any], settings: Settings
 ) -> tuple[dict[str, float], Sequence[Check]]:
-    """Errors of the whole time, and those after the recovery. One thruster alone pushes no boat sideways without
-    turning it: that boat turns its bow to the weather, inside its alarm circle, and takes its heading back."""
+    """Errors of the whole time, and those after the recovery. A boat whose thrusters that are left push it sideways by
+    no means without turning it turns its bow to the weather, inside its alarm circle, and takes its heading back. One
+    that has none left to go ahead says so, and drifts."""
     metrics = _off(folder, asked, asked["from_s"])
     after = _off(folder, asked, asked["recovered_s"])
     metrics["recovered_rms_m"] = after["position_rms_m"]
     metrics["recovered_heading_rms_deg"] = after["heading_rms_deg"]
     slow_m = receiver_error_m(settings["gnss"])
     most_deg = _HEADING_DEG + asked["heading_error_deg"]
-    most_m = 1.0 + slow_m if len(asked["thrusters"]) > _FEWEST else asked["alarm_m"]
+    most_m = 1.0 + slow_m if asked["holds_sideways"] else asked["alarm_m"]
+    if asked["goes_ahead"]:
+        failed = Check("largest distance, one thruster failed for 120 s", metrics["position_max_m"], most_m, "m")
+    else:
+        said = float(any(event.name == "thrust_lost" for event in read_events(folder)))
+        failed = Check("said that no thruster is left that goes ahead", said, 1.0, "", at_least=True)
     return metrics, (
-        Check("largest distance, one thruster failed for 120 s", metrics["position_max_m"], most_m, "m"),
+        failed,
         Check("position RMS a minute after its return", metrics["recovered_rms_m"], 0.1 + slow_m, "m"),
         Check("heading RMS a minute after its return", metrics["recovered_heading_rms_deg"], most_deg, "deg"),
     )

@@ -142,6 +142,18 @@ def test_an_outboard_with_the_fence_ahead_goes_astern_before_it_turns_round() ->
     assert isinstance(clear, PathSetpoint) and abs(wrap_pi((clear.yaw_rad or 0.0) - math.pi)) < 0.1
 
 
+def test_between_two_lines_a_boat_goes_no_further_astern_than_to_the_middle() -> None:
+    class Lane(LineAhead):
+        def room_m(self, place: tuple[float, float], course_rad: float) -> float:
+            return self.line_m - place[0] if math.cos(course_rad) > 0.0 else place[0] - 8.0
+
+    keeper = BowKeeper(SKIFF, Parameters(SKIFF.parameters, table_of(SKIFF)), cast(FenceGuard, Lane()))
+    keeper.start(at(11.0, 0.0))
+    keeper.hold(-20.0, 0.0, 0.0, None)
+    assert isinstance(keeper.update(at(11.0, 0.0), None, 1.0, 0.1), WrenchSetpoint)
+    assert isinstance(keeper.update(at(9.9, 0.0), None, 1.0, 0.1), PathSetpoint)
+
+
 def test_a_rudder_with_the_fence_ahead_goes_astern_before_it_turns_round() -> None:
     """A launch turned its bow in 17 m, with 10 m left."""
     keeper = fenced(SKIFF)
