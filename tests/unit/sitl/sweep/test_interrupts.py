@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import threading
 
 import pytest
 
@@ -18,6 +19,17 @@ def blocked_in_a_child() -> bool:
     return bool(int(blocked, 16) & 1 << (signal.SIGINT - 1))
 
 
+def hears_afterwards(taken: bool = False) -> bool:
+    """Whether the block goes on to its end, and Ctrl-C is heard behind it. `taken`: another thread takes the signal."""
+    steps = ["before"]
+    with pytest.raises(KeyboardInterrupt), held_back():
+        os.kill(os.getpid(), signal.SIGINT)
+        while taken and signal.SIGINT in signal.sigpending():
+            os.sched_yield()
+        steps.append("behind")
+    return steps[-1] == "behind"
+
+
 def test_a_process_that_is_started_meanwhile_never_hears_it_and_the_program_hears_it_afterwards() -> None:
     """A worker that still imported printed a traceback."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -26,10 +38,20 @@ def test_a_process_that_is_started_meanwhile_never_hears_it_and_the_program_hear
         with held_back():
             assert blocked_in_a_child()
         assert not blocked_in_a_child()
-        went_on = False
-        with pytest.raises(KeyboardInterrupt), held_back():
-            os.kill(os.getpid(), signal.SIGINT)
-            went_on = True
-        assert went_on
+        assert hears_afterwards()
     finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_nor_does_it_where_another_thread_takes_the_signal() -> None:
+    """That thread does not hold it back."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    over = threading.Event()
+    other = threading.Thread(target=over.wait)
+    other.start()
+    try:
+        assert hears_afterwards(taken=True)
+    finally:
+        over.set()
+        other.join()
         signal.signal(signal.SIGINT, before)
