@@ -104,9 +104,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def measure_with_failure(
     folder: Path, asked: dict[str, Any], settings: Settings
 ) -> tuple[dict[str, float], Sequence[Check]]:
-    """Errors of the whole time, and those after the recovery. A boat whose thrusters that are left push it sideways by
-    no means without turning it turns its bow to the weather, inside its alarm circle, and takes its heading back. One
-    that has none left to go ahead says so, and drifts."""
+    """Errors of the whole time, and those after the recovery. A boat whose remaining thrusters cannot push it sideways
+    without turning it turns its bow to the weather, inside its alarm circle, and takes its heading back. One without a
+    thruster to go ahead says so, and drifts."""
     metrics = _off(folder, asked, asked["from_s"])
     after = _off(folder, asked, asked["recovered_s"])
     metrics["recovered_rms_m"] = after["position_rms_m"]
