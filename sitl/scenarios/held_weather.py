@@ -1,0 +1,38 @@
+"""What of a run's weather is more than the boat holds by its file: a run that failed may have asked too much of it."""
+
+from __future__ import annotations
+
+import math
+
+from companion.analysis.static_limits import Limit, static_limits
+from companion.config.vessel import VesselConfig
+from sitl.environment import parse_directed
+from sitl.gusts import parse_wind
+from sitl.scenarios.rig import Conditions
+
+
+def more_than_it_holds(config: VesselConfig, conditions: Conditions) -> str:
+    """One sentence with the remedy; empty where wind and current, each by itself, are within what it holds."""
+    limits = static_limits(config)
+    if limits is None:
+        return ""
+    wind_mps = parse_wind(conditions.wind)[0] if conditions.wind else 0.0
+    current_mps = parse_directed(conditions.current)[0] if conditions.current else 0.0
+    beyond = [
+        f"{name} of {value:g} m/s, of which it holds {most:.2g}"
+        for name, value, most in (
+            ("wind", wind_mps, _most(limits.wind)),
+            ("current", current_mps, _most(limits.current)),
+        )
+        if value > most
+    ]
+    if not beyond:
+        return ""
+    keys = ", ".join(f"--set {text.split()[0]}=" for text in beyond)
+    return f"note: {' and '.join(beyond)} (companion check tells it): try less, {keys}"
+
+
+def _most(limit: Limit) -> float:
+    if limit.ahead >= limit.most:
+        return math.inf
+    return limit.ahead if limit.side is None else min(limit.ahead, limit.side)
