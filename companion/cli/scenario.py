@@ -134,9 +134,23 @@ def _run(arguments: argparse.Namespace) -> int:
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     _print_result(result)
+    if not result.ok:
+        _note_weather(scenario, arguments.vessel or scenario.vessel, changes)
     leave_page(folder)
     print(f"{folder}: {time.perf_counter() - started_s:.1f} s")
     return 0 if result.ok else 1
+
+
+def _note_weather(scenario: Scenario, vessel: str, changes: dict[str, str]) -> None:
+    """Say which weather of a run that failed is more than the boat holds."""
+    from companion.cli.held_weather import more_than_it_holds
+    from companion.config.vessel import find, load
+    from sitl.scenarios.scenario import settings_for
+
+    config = load(find(vessel))
+    note = more_than_it_holds(config, settings_for(scenario, vessel, config, changes))
+    if note:
+        print(note)
 
 
 def _changes(texts: Sequence[str]) -> dict[str, str]:

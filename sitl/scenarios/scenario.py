@@ -15,7 +15,6 @@ from companion.core.nearest import did_you_mean
 from sitl.environment import parse_directed
 from sitl.scenarios.boat import Ability, magnetometer, other_hull, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
-from sitl.scenarios.held_weather import more_than_it_holds
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
 from sitl.scenarios.safety import Margin, margins_of, violated
@@ -61,8 +60,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """What a run gave; the same as in result.json. `hint`: for people, what could not be drawn, and which weather of a
-    run that failed is more than the boat holds. `margins`: of safety."""
+    """What a run gave; the same as in result.json. `hint`: what could not be drawn, and why. `margins`: of safety."""
 
     scenario: str
     ok: bool
@@ -127,8 +125,6 @@ def run(
     metrics, checks, error = ({}, (), error) if error else _measured(scenario, folder, asked, settings)
     hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
     good = not violated(margins) if faults else error is None and all(check.ok for check in checks)
-    if not good:
-        hint = "\n".join(filter(None, (hint, more_than_it_holds(config, conditions))))
     outcome = ScenarioResult(
         scenario.name, good, metrics, checks, error, hint, sailed_with(config, conditions), margins
     )

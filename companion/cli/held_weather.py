@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from companion.analysis.static_limits import Limit, static_limits
 from companion.config.vessel import VesselConfig
-from sitl.environment import parse_directed
-from sitl.gusts import parse_wind
-from sitl.scenarios.rig import Conditions
 
 
-def more_than_it_holds(config: VesselConfig, conditions: Conditions) -> str:
-    """One sentence with the remedy; empty where wind and current, each by itself, are within what it holds."""
+def more_than_it_holds(config: VesselConfig, settings: Mapping[str, str]) -> str:
+    """One sentence with the remedy; empty where `wind` and `current`, each by itself, are within what it holds."""
+    from sitl.environment import parse_directed
+    from sitl.gusts import parse_wind
+
     limits = static_limits(config)
     if limits is None:
         return ""
-    wind_mps = parse_wind(conditions.wind)[0] if conditions.wind else 0.0
-    current_mps = parse_directed(conditions.current)[0] if conditions.current else 0.0
+    wind, current = settings.get("wind"), settings.get("current")
+    wind_mps = parse_wind(wind)[0] if wind else 0.0
+    current_mps = parse_directed(current)[0] if current else 0.0
     beyond = [
         f"{name} of {value:g} m/s, of which it holds {most:.2g}"
         for name, value, most in (

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from companion.cli.held_weather import more_than_it_holds
 from companion.config.vessel import find, load
-from sitl.scenarios.held_weather import more_than_it_holds
-from sitl.scenarios.rig import Conditions
 
 
-def note(vessel: str, wind: str | None = None, current: str | None = None) -> str:
-    return more_than_it_holds(load(find(vessel)), Conditions(vessel, wind=wind, current=current))
+def note(vessel: str, wind: str = "", current: str = "") -> str:
+    return more_than_it_holds(load(find(vessel)), {"wind": wind, "current": current, "gnss": "rtk"})
 
 
 def test_it_names_what_is_too_much_with_the_remedy() -> None:
@@ -26,3 +25,4 @@ def test_it_says_nothing_of_weather_that_the_boat_holds(vessel: str) -> None:
     """Of a boat under sail nothing is known."""
     assert note(vessel, "6", "0.3") == ""
     assert note(vessel) == ""
+    assert more_than_it_holds(load(find(vessel)), {}) == ""
