@@ -73,6 +73,7 @@ class PlannedMotion:
         self._air: Air | None = None
         self._commanded = parameters["WP_SPEED"]
         self._rise_mps2 = 0.0  # of the last setpoint's speed
+        self._planned_radps = 0.0  # yaw rate, without haste
         self._lean_m = 0.0  # by which the bow leans towards the track, as a cross-track error
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
@@ -142,9 +143,8 @@ class PlannedMotion:
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
         sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
-        _, down = plan.reach_mps2(place.s_m, self.speed_mps)
-        bends_radps = min(abs(turn), self._agility.turn_radps(self._parameters["PATH_EFFORT"], self.speed_mps))
-        most_mps2 = _HARDER * down + _HARDER_MPS2 + self.speed_mps * bends_radps
+        up, down = plan.reach_mps2(place.s_m, self.speed_mps)
+        most_mps2 = max(up, _HARDER * down + _HARDER_MPS2) + self.speed_mps * abs(self._planned_radps)
         surge, sway = self._eased(surge, sway, nav, most_mps2 * dt_s)
         soon = place.track.at(plan.ahead_m(place.s_m, _ASIDE_LAG_S, pace))
         bend = self.speed_mps * self.speed_mps * soon.curvature_1pm
@@ -234,6 +234,7 @@ class PlannedMotion:
         now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
+        self._planned_radps = turn
         missing = wrap_pi(now - last)
         hurry = min(1.0, max(0.0, (abs(missing) - _ASTRAY_RAD) / (_ALL_ASTRAY_RAD - _ASTRAY_RAD)))
         most = self._correcting_radps(hurry) + abs(turn)

@@ -192,3 +192,15 @@ def test_the_velocity_asked_for_does_not_jump_where_the_course_does() -> None:
         asked.append(body_to_ned(setpoint.surge_mps, setpoint.sway_mps, nav.yaw_rad))
     assert max(math.dist(a, b) for a, b in itertools.pairwise(asked)) < 0.15
     assert math.atan2(asked[-1][1], asked[-1][0]) == pytest.approx(1.5, abs=0.2)
+
+
+def test_on_a_leg_the_velocity_asked_for_is_the_planned_one_also_from_rest() -> None:
+    """Bounded by the braking alone it came a second late from rest and behind each corner."""
+    planned, laid = motion()
+    s_m = 0.0
+    for _ in range(100):
+        assert planned.is_planned(AT_REST, SPEED_MPS, s_m, DT_S)
+        setpoint = planned.update(OnTrack(laid.track, s_m, laid.track.at(s_m), 0.0), AT_REST, PROGRESS, DT_S)
+        assert setpoint.surge_mps == pytest.approx(planned.speed_mps, abs=0.01)
+        s_m += planned.speed_mps * DT_S
+    assert planned.speed_mps > 0.9 * SPEED_MPS
