@@ -201,6 +201,6 @@ def test_on_a_leg_the_velocity_asked_for_is_the_planned_one_also_from_rest() -> 
     for _ in range(100):
         assert planned.is_planned(AT_REST, SPEED_MPS, s_m, DT_S)
         setpoint = planned.update(OnTrack(laid.track, s_m, laid.track.at(s_m), 0.0), AT_REST, PROGRESS, DT_S)
-        assert setpoint.surge_mps == pytest.approx(planned.speed_mps, abs=0.01)
+        assert setpoint.surge_mps == pytest.approx(planned.speed_mps, abs=0.06)
         s_m += planned.speed_mps * DT_S
     assert planned.speed_mps > 0.9 * SPEED_MPS
