@@ -20,21 +20,16 @@ def more_than_it_holds(config: VesselConfig, settings: Mapping[str, str]) -> str
     wind, current = settings.get("wind"), settings.get("current")
     wind_mps = parse_wind(wind)[0] if wind else 0.0
     current_mps = parse_directed(current)[0] if current else 0.0
-    beyond = [
-        f"{name} of {value:g} m/s, of which it holds {most:.2g}"
-        for name, value, most in (
-            ("wind", wind_mps, _most(limits.wind)),
-            ("current", current_mps, _most(limits.current)),
-        )
-        if value > most
-    ]
+    given = (("wind", wind_mps, _most(limits.wind)), ("current", current_mps, _most(limits.current)))
+    beyond = [(name, value, most) for name, value, most in given if value > most]
     if not beyond:
         return ""
-    keys = ", ".join(f"--set {text.split()[0]}=" for text in beyond)
-    return f"note: {' and '.join(beyond)} (companion check tells it): try less, {keys}"
+    said = " and ".join(f"{name} of {value:g} m/s, of which it holds {most:.2g}" for name, value, most in beyond)
+    keys = ", ".join(f"--set {name}=" for name, _, _ in beyond)
+    return f"note: {said} (companion check tells it): try less, {keys}"
 
 
 def _most(limit: Limit) -> float:
-    if limit.ahead >= limit.most:
-        return math.inf
-    return limit.ahead if limit.side is None else min(limit.ahead, limit.side)
+    """The strength that it holds from ahead and from any side; infinite where the search for it ended."""
+    held = limit.ahead if limit.side is None else min(limit.ahead, limit.side)
+    return math.inf if held >= limit.most else held

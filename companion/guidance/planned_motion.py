@@ -73,7 +73,6 @@ class PlannedMotion:
         self._air: Air | None = None
         self._commanded = parameters["WP_SPEED"]
         self._rise_mps2 = 0.0  # of the last setpoint's speed
-        self._planned_radps = 0.0  # yaw rate, without haste
         self._lean_m = 0.0  # by which the bow leans towards the track, as a cross-track error
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
@@ -139,12 +138,12 @@ class PlannedMotion:
         pace = max(self.speed_mps, creep)
         back = math.atan2(self._parameters["PATH_BW_CROSS"] * place.off_m, max(self.speed_mps, _LEAST_BACK_MPS))
         course = place.here.course_rad - back
-        turn, change, against = self._turn(plan, place, nav, pace, dt_s)
+        bends, turn, change, against = self._turn(plan, place, nav, pace, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
         sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
         up, down = plan.reach_mps2(place.s_m, self.speed_mps)
-        most_mps2 = max(up, _HARDER * down + _HARDER_MPS2) + self.speed_mps * abs(self._planned_radps)
+        most_mps2 = max(up, _at_most_mps2(down)) + self.speed_mps * abs(bends)
         surge, sway = self._eased(surge, sway, nav, most_mps2 * dt_s)
         soon = place.track.at(plan.ahead_m(place.s_m, _ASIDE_LAG_S, pace))
         bend = self.speed_mps * self.speed_mps * soon.curvature_1pm
@@ -204,7 +203,7 @@ class PlannedMotion:
         """Take the next speed along the track; returns the acceleration that follows, when the thrust for it will have
         built up: what drag takes by then is no longer there to speed up with."""
         up, down = plan.reach_mps2(s_m, self.speed_mps)
-        down = _HARDER * down + _HARDER_MPS2
+        down = _at_most_mps2(down)
         wanted = max(creep, min(self._commanded, plan.speed_mps(s_m)))
         last, up = self.speed_mps, min(up, max(0.0, self._rise_mps2) + _JERK_MPS3 * dt_s)
         self.speed_mps = min(last + up * dt_s, max(last - down * dt_s, wanted))
@@ -219,10 +218,10 @@ class PlannedMotion:
 
     def _turn(
         self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float, dt_s: float
-    ) -> tuple[float, float, bool]:
+    ) -> tuple[float, float, float, bool]:
         """Take the next heading: the planned course of the bow, turned into the current as at the leg's speed, and
-        towards the track where it is far. Returns its rate and acceleration a little further on, and whether the bow
-        points into a current that carries the boat along."""
+        towards the track where it is far. Returns its planned rate, the rate to turn at and its change, a little
+        further on, and whether the bow points into a current that carries the boat along."""
         near = max(_NEAR_M, _FAR_M - _FOLLOWED * abs(self._lean_m))
         far = _beyond(place.off_m, near) + self._lean_m
         aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
@@ -234,7 +233,6 @@ class PlannedMotion:
         now, soon, later = (self._crab.bow_rad(nav, course, self.speed_mps, aside_mps, last) for course in courses)
         first, second = wrap_pi(soon - now), wrap_pi(later - soon)
         turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
-        self._planned_radps = turn
         missing = wrap_pi(now - last)
         hurry = min(1.0, max(0.0, (abs(missing) - _ASTRAY_RAD) / (_ALL_ASTRAY_RAD - _ASTRAY_RAD)))
         most = self._correcting_radps(hurry) + abs(turn)
@@ -242,7 +240,7 @@ class PlannedMotion:
         self.yaw_rad = wrap_pi(last + taken * dt_s)
         rate = turn + hurry * (taken - turn)
         self._learn_lean(place.off_m, rate, dt_s)
-        return rate, (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
+        return turn, rate, (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
 
     def _correcting_radps(self, hurry: float) -> float:
         """How fast the heading comes to the plan: with a share of the planned thrust near it, at PATH_YAW_RATE from
@@ -272,6 +270,11 @@ class PlannedMotion:
                 PlannedPose(there.north_m, there.east_m, self._crab.bow_rad(nav, course, speed, aside_mps, yaw))
             )
         return tuple(poses)
+
+
+def _at_most_mps2(down_mps2: float) -> float:
+    """How hard a boat that is too fast slows down, by the braking planned."""
+    return _HARDER * down_mps2 + _HARDER_MPS2
 
 
 def _beyond(off_m: float, free_m: float) -> float:

@@ -113,8 +113,7 @@ class BowKeeper:
     def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Brake, and hold the point where the boat comes to rest."""
         self._point, self._own_point = stopping_point(fitted or nav, self._parameters), True
-        hurries = fitted is not None and fitted != nav
-        self._stop.begin(nav, self._point, self._parameters["DP_SPEED_AHEAD"] if hurries else math.inf)
+        self._stop.begin(nav, self._point, math.inf if fitted is None else self._parameters["DP_SPEED_AHEAD"])
         if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
             self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad

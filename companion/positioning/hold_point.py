@@ -89,7 +89,7 @@ class PoseKeeper:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
         begun = fitted or nav
-        self._hurries = begun != nav
+        self._hurries = fitted is not None
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(begun, self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
@@ -366,7 +366,8 @@ class HoldPoint:
 
     def _start_keeper(self, nav: NavState) -> None:
         self._keeper = self._keepers[int(self._parameters["DP_UNDER"])]
-        self._keeper.start(nav, None if self._fence is None else self._fence.slowed(nav))
+        fitted = nav if self._fence is None else self._fence.slowed(nav)
+        self._keeper.start(nav, None if fitted == nav else fitted)
 
     def drop_speed(self) -> None:
         """Forget the speed given to `go_to`: go on at the speed that `update` is given."""

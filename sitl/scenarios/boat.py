@@ -54,9 +54,13 @@ def stopping_room_m(config: VesselConfig, speed_mps: float) -> float:
     its hull, or by a turn where it has no way astern. Less is more than such a boat can do."""
     begins_m = 0.5 * config.length_m + _REACTION_S * speed_mps
     if not comes_back(config):
-        astern_n = min(config.limits.surge_n, sum(support_n(each, -1.0, 0.0, 0.0) for each in config.thrusters))
-        return begins_m + way_to_rest_m(config.hull, speed_mps, astern_n)
+        return begins_m + way_to_rest_m(config.hull, speed_mps, all_astern_n(config))
     return begins_m + min(way_to_rest_m(config.hull, speed_mps, 0.0), _turning_m(config, speed_mps))
+
+
+def all_astern_n(config: VesselConfig) -> float:
+    """All its thrust astern; 0 or less where it has none."""
+    return min(config.limits.surge_n, sum(support_n(thruster, -1.0, 0.0, 0.0) for thruster in config.thrusters))
 
 
 def way_to_rest_m(hull: HullConfig, speed_mps: float, astern_n: float) -> float:

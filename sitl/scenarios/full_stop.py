@@ -10,10 +10,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config.dimensions.limits import support_n
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.boat import comes_back, fast_mps, leeway_mps, motor, way_to_rest_m
+from sitl.scenarios.boat import all_astern_n, comes_back, fast_mps, leeway_mps, motor, way_to_rest_m
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -64,7 +63,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
 def _stop(config: VesselConfig, speed_mps: float) -> tuple[float, float]:
     """The longest way and time that the boat may take to rest: by a share of its thrust astern, or by coasting where it
     has none."""
-    astern_n = min(config.limits.surge_n, sum(support_n(thruster, -1.0, 0.0, 0.0) for thruster in config.thrusters))
+    astern_n = all_astern_n(config)
     if astern_n <= 0.0:
         way_m = _REACTION_S * speed_mps + way_to_rest_m(config.hull, speed_mps, 0.0)
         return way_m, _COASTING_SHARE * way_m / max(_REST_MPS, speed_mps)
