@@ -52,6 +52,12 @@ class Limit:
     side: float | None
     most: float
 
+    @property
+    def held(self) -> float:
+        """The strength that is held from ahead and from any side; infinite where the search for it ended."""
+        least = self.ahead if self.side is None else min(self.ahead, self.side)
+        return math.inf if least >= self.most else least
+
 
 @dataclass(frozen=True, slots=True)
 class StaticLimits:

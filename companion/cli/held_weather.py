@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
-from companion.analysis.static_limits import Limit, static_limits
+from companion.analysis.static_limits import static_limits
 from companion.config.vessel import VesselConfig
 
 
@@ -20,16 +19,10 @@ def more_than_it_holds(config: VesselConfig, settings: Mapping[str, str]) -> str
     wind, current = settings.get("wind"), settings.get("current")
     wind_mps = parse_wind(wind)[0] if wind else 0.0
     current_mps = parse_directed(current)[0] if current else 0.0
-    given = (("wind", wind_mps, _most(limits.wind)), ("current", current_mps, _most(limits.current)))
+    given = (("wind", wind_mps, limits.wind.held), ("current", current_mps, limits.current.held))
     beyond = [(name, value, most) for name, value, most in given if value > most]
     if not beyond:
         return ""
     said = " and ".join(f"{name} of {value:g} m/s, of which it holds {most:.2g}" for name, value, most in beyond)
     keys = ", ".join(f"--set {name}=" for name, _, _ in beyond)
     return f"note: {said} (companion check tells it): try less, {keys}"
-
-
-def _most(limit: Limit) -> float:
-    """The strength that it holds from ahead and from any side; infinite where the search for it ended."""
-    held = limit.ahead if limit.side is None else min(limit.ahead, limit.side)
-    return math.inf if held >= limit.most else held

@@ -9,7 +9,7 @@ import pytest
 
 from companion.analysis.polar import wrench_against
 from companion.analysis.rudder_turn import room_m
-from companion.analysis.static_limits import drift, lines, static_limits, weakness, wind_sea
+from companion.analysis.static_limits import Limit, drift, lines, static_limits, weakness, wind_sea
 from companion.cli.new_file import Answers, file_text
 from companion.config.vessel import VesselConfig, find, load, parse
 from companion.control.heading import held_nm_per_rad
@@ -117,3 +117,9 @@ def test_a_boat_that_its_rudder_brings_round_too_late_is_told_so() -> None:
     assert found is not None and found.with_waves.side is not None
     (said,) = (text for text in weakness(high, found) if "rudder" in text)
     assert f"wind above {found.with_waves.side:.1f} m/s" in said and "DP_WATCH_R" in said
+
+
+def test_what_is_held_is_the_weaker_side_unless_the_search_ended_there() -> None:
+    assert Limit(ahead=40.0, side=20.5, most=40.0).held == 20.5
+    assert Limit(30.0, None, 40.0).held == 30.0
+    assert Limit(40.0, None, 40.0).held == Limit(40.0, 40.0, 40.0).held == math.inf

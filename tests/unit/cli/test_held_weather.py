@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
-from companion.analysis.static_limits import Limit
-from companion.cli.held_weather import _most, more_than_it_holds
+from companion.cli.held_weather import more_than_it_holds
 from companion.config.vessel import find, load
 
 
@@ -21,12 +18,6 @@ def test_it_names_what_is_too_much_with_the_remedy() -> None:
         "(companion check tells it): try less, --set wind=, --set current="
     )
     assert "current" not in note("revolt", "6")
-
-
-def test_the_side_counts_where_the_bow_is_held_in_any_weather() -> None:
-    strong = Limit(ahead=40.0, side=20.5, most=40.0)
-    assert _most(strong) == 20.5
-    assert _most(Limit(40.0, None, 40.0)) == _most(Limit(40.0, 40.0, 40.0)) == math.inf
 
 
 @pytest.mark.parametrize("vessel", ["aboat", "rescuerunner", "sailbot"])
