@@ -1,6 +1,6 @@
 # make run      a simulated ReVolt for any ground station on this machine, and its live page; Ctrl-C ends both
 # make test     everything that CI runs
-# make lint     the linters, the import contracts and the type checker, which make test runs too
+# make lint     the linters, the import contracts, the type checker and the rules of the house, which make test runs too
 # make bench    figures of speed; nothing is asserted; ARGS=--keep stores some of them for this commit
 # make growth   how costs grow with missions, links, traffic, vessels, pages and logs (minutes)
 # make native   compiles the arithmetic: several times as fast; needs a C compiler and some minutes; JOBS=N
@@ -26,7 +26,7 @@ PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 STYLE := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports
 
-.PHONY: run test lint style types bench growth native docs results matrix scenarios wheel sbom hooks lock clean
+.PHONY: run test lint style types house bench growth native docs results matrix scenarios wheel sbom hooks lock clean
 
 run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
@@ -43,13 +43,16 @@ test: $(VENV)/.installed-test
 	wait $$types || { echo "mypy found errors: make types"; exit 1; }; \
 	exit $$tests
 
-lint: style types
+lint: style types house
 
 style: $(VENV)/.installed-test
 	$(STYLE)
 
 types: $(VENV)/.installed-test
 	$(BIN)/mypy
+
+house: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -q tests/architecture
 
 bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench $(ARGS)
