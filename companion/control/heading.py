@@ -191,11 +191,12 @@ def _in_bend(rate_radps: float) -> float:
 
 def _heave_s(config: VesselConfig) -> float:
     """The time in which a bow that the weather holds against the moment asked for gets as much again; infinite where
-    the weather does not hold it: steering by the direction of its thrust, a boat without sideways thrust turns with
-    all that it pushes with."""
+    the weather does not hold it: an outboard or an azimuth that steers a boat without sideways thrust turns it with all
+    that it pushes with. A jet pushes no more than its moment takes."""
     if config.limits.sway_n > 0.0:
         return _ABLE_HEAVE_S
-    return math.inf if any(t.turns and t.kind != "rudder" for t in config.thrusters) else _HEAVE_S
+    turned = any(t.turns and t.kind not in ("rudder", "jet") for t in config.thrusters)
+    return math.inf if turned else _HEAVE_S
 
 
 def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:
