@@ -24,6 +24,7 @@ _NEW_COURSE_RAD = math.radians(60.0)  # course of the second velocity
 _TURN_RADPS = math.radians(2.0)
 _SETTLED_S = 15.0  # measured at the end of each part
 _SILENCE_S = 1.0
+_USUAL_SHARE = 0.6  # of WP_SPEED
 
 
 def setpoint(frame: int, mask: int, x: float, y: float, yaw_rad: float, rate_radps: float = 0.0) -> Any:
@@ -35,7 +36,8 @@ def setpoint(frame: int, mask: int, x: float, y: float, yaw_rad: float, rate_rad
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Stream each kind of setpoint for `time` seconds (the position for 20 more), then fall silent as long."""
-    speed, time_s = number(settings, "speed"), number(settings, "time")
+    speed = number(settings, "speed") or _USUAL_SHARE * gcs.parameter("WP_SPEED")
+    time_s = number(settings, "time")
     legs = {
         "position": (time_s + 20.0, setpoint(1, POSITION, *_POINT)),
         "velocity": (time_s, setpoint(1, VELOCITY, speed * 0.6, speed * 0.8, math.atan2(0.8, 0.6))),
@@ -88,11 +90,13 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "speed_at_end_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in standing),
     }
     rtk = settings["gnss"] == "rtk"
+    # a receiver without corrections errs by some cm/s for many seconds; gusts by a share of the speed
+    most_mps = 0.03 if rtk else 0.05 + 0.02 * speed
     checks = (
         *_standing(folder, metrics, asked["positions"], rtk),
-        Check("mean velocity over ground less the setpoint", metrics["speed_error_mps"], 0.03, "m/s"),
+        Check("mean velocity over ground less the setpoint", metrics["speed_error_mps"], most_mps, "m/s"),
         Check("off a straight line", metrics["cross_track_max_m"], 0.3 if rtk else 1.0, "m"),
-        Check("mean speed ahead, less the setpoint", metrics["surge_error_mps"], 0.03, "m/s"),
+        Check("mean speed ahead, less the setpoint", metrics["surge_error_mps"], most_mps, "m/s"),
         Check("mean rate of turn, less the setpoint", metrics["turn_error_dps"], 0.2, "deg/s"),
         Check("from the last setpoint to Hold", metrics["silence_s"], _SILENCE_S, "s"),
     )
@@ -136,7 +140,7 @@ SCENARIO = Scenario(
     text="another computer steers: a point, two velocities, a body velocity with a yaw rate, then silence",
     vessel="revolt",
     defaults={
-        "speed": "0.4",
+        "speed": "",
         "time": "60",
         "wind": "",
         "current": "",
@@ -146,6 +150,7 @@ SCENARIO = Scenario(
         "plant": "",
     },
     by_vessel={
+        "revolt": {"speed": "0.4"},
         "aboat": {"speed": "0.8", "gnss": "sbas"},
         "rescuerunner": {"speed": "5", "gnss": "standalone"},
         "cybership2": {"speed": "0.12"},
