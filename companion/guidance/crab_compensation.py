@@ -33,6 +33,13 @@ class CrabCompensation:
         self._fresh = True
         self._leg_mps = 0.0
 
+    def begin(self, nav: NavState) -> None:
+        """Forget drift and speed, and take what carries the boat aside for the drift, while no current is known: a boat
+        that begins from rest in a stream turns into it at once."""
+        self.reset()
+        if _current(nav) is None:
+            self._learn_drift(nav, self._top_mps, 1.0)
+
     def sail_at(self, leg_mps: float, dt_s: float) -> None:
         """Remember the speed commanded for the leg. A guard that slows the boat down for a while hardly counts."""
         slower = self._leg_mps + (leg_mps - self._leg_mps) * min(1.0, dt_s / _SLOWER_TIME_S)
@@ -62,9 +69,9 @@ class CrabCompensation:
         return (_current(nav) if self._fresh else None) or (self._north, self._east)
 
     def sway_mps(self, nav: NavState, wanted_mps: float, bound_mps: float) -> float:
-        """The sideways speed over ground to ask for: as the water carries the boat, and at most `bound_mps` more or
-        less by the thrusters."""
-        north, east = self.water(nav)
+        """The sideways speed over ground to ask for: as a known current carries the boat, and at most `bound_mps` more or
+        less by the thrusters. Without one the law counts no drag of a stream, and sideways speed would cost it thrust."""
+        north, east = (0.0, 0.0) if _current(nav) is None else self.water(nav)
         carried = east * math.cos(nav.yaw_rad) - north * math.sin(nav.yaw_rad)
         return carried + min(bound_mps, max(-bound_mps, wanted_mps - carried))
 
