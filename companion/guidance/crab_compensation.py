@@ -34,8 +34,8 @@ class CrabCompensation:
         self._leg_mps = 0.0
 
     def begin(self, nav: NavState) -> None:
-        """Forget drift and speed, and take what carries the boat aside for the drift, while no current is known: a boat
-        that begins from rest in a stream turns into it at once."""
+        """Forget drift and speed, and take for the drift what carries the boat aside, while no current is known: a boat
+        that begins from rest turns into a stream at once."""
         self.reset()
         if _current(nav) is None:
             self._learn_drift(nav, self._top_mps, 1.0)
@@ -69,8 +69,8 @@ class CrabCompensation:
         return (_current(nav) if self._fresh else None) or (self._north, self._east)
 
     def sway_mps(self, nav: NavState, wanted_mps: float, bound_mps: float) -> float:
-        """The sideways speed over ground to ask for: as a known current carries the boat, and at most `bound_mps` more or
-        less by the thrusters. Without one the law counts no drag of a stream, and sideways speed would cost it thrust."""
+        """The sideways speed over ground to ask for: as a known current carries the boat, and at most `bound_mps` more
+        or less by the thrusters. A drift is none for the law, which would push where the boat drifts anyway."""
         north, east = (0.0, 0.0) if _current(nav) is None else self.water(nav)
         carried = east * math.cos(nav.yaw_rad) - north * math.sin(nav.yaw_rad)
         return carried + min(bound_mps, max(-bound_mps, wanted_mps - carried))
