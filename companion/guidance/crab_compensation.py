@@ -69,9 +69,9 @@ class CrabCompensation:
         return (_current(nav) if self._fresh else None) or (self._north, self._east)
 
     def sway_mps(self, nav: NavState, wanted_mps: float, bound_mps: float) -> float:
-        """The sideways speed over ground to ask for: as a known current carries the boat, and at most `bound_mps` more
-        or less by the thrusters. A drift is none for the law, which would push where the boat drifts anyway."""
-        north, east = (0.0, 0.0) if _current(nav) is None else self.water(nav)
+        """The sideways speed over ground to ask for: as the water carries the boat, and at most `bound_mps` more or
+        less by the thrusters."""
+        north, east = self.water(nav)
         carried = east * math.cos(nav.yaw_rad) - north * math.sin(nav.yaw_rad)
         return carried + min(bound_mps, max(-bound_mps, wanted_mps - carried))
 

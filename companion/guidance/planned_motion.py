@@ -142,7 +142,7 @@ class PlannedMotion:
         bends, turn, change, against = self._turn(plan, place, nav, pace, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
-        sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
+        sway = self._sway_mps(nav, self.speed_mps * math.sin(off))
         up, down = plan.reach_mps2(place.s_m, self.speed_mps)
         most_mps2 = max(up, _at_most_mps2(down)) + self.speed_mps * abs(bends)
         surge, sway = self._eased(surge, sway, nav, most_mps2 * dt_s)
@@ -182,6 +182,14 @@ class PlannedMotion:
     def _most_sway_mps(self) -> float:
         """Sideways speed through the water that is asked for at most."""
         return max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
+
+    def _sway_mps(self, nav: NavState, wanted_mps: float) -> float:
+        """The sideways speed over ground to ask for. While no current is known, the control law reckons with none, and
+        would push the boat the way that it drifts."""
+        most = self._most_sway_mps
+        if nav.current_north_mps is None:
+            return min(most, max(-most, wanted_mps))
+        return self._crab.sway_mps(nav, wanted_mps, most)
 
     @property
     def _creep_mps(self) -> float:
