@@ -62,6 +62,15 @@ def test_without_a_known_current_the_learnt_drift_is_used() -> None:
     assert crab.water(nav_state()) == (0.0, 0.0)
 
 
+def test_what_carries_a_boat_aside_as_it_begins_is_its_drift_while_no_current_is_known() -> None:
+    crab, set_aside = CrabCompensation(1.0), nav_state(sway_mps=0.6, yaw_rad=0.5)
+    crab.begin(set_aside)
+    assert crab.water(set_aside) == pytest.approx((-0.6 * math.sin(0.5), 0.6 * math.cos(0.5)))
+    known = nav_state(sway_mps=0.6, current=(0.0, 0.1))
+    crab.begin(known)
+    assert crab.water(known) == (0.0, 0.1)
+
+
 def across(heading_rad: float, through: tuple[float, float]) -> float:
     """Sideways part of the velocity through the water that a boat with that heading needs."""
     return through[1] * math.cos(heading_rad) - through[0] * math.sin(heading_rad)
