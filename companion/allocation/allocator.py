@@ -166,6 +166,7 @@ class Allocator(_AllocatorBase):
         self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
         self._foreseen: ThrusterPlan | None = None  # for this cycle
         self._short = False
+        self._beyond_reach = False  # the last demand, before it was limited to what can be given with the moment
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
@@ -199,7 +200,7 @@ class Allocator(_AllocatorBase):
         follows a planned path; until the boat makes way through the water on it (`surge_mps`), and while it does, its
         thrusters stay aimed. `ahead`: the wrenches that the path will demand, PATH_STEP_S apart."""
         asked = self._finite(wrench)
-        wrench = self._within_reach(asked)
+        wrench = self._within_reach(asked, planned)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
@@ -211,6 +212,7 @@ class Allocator(_AllocatorBase):
         allocation = self._result(asked)
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._short = self._missing > _LIMITED_SHARE
+        self._beyond_reach = self._largest_share(asked, allocation.achieved) > _LIMITED_SHARE
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         self._lacking = self._off(wrench, allocation.achieved)
         wanted = self._off(wrench, ZERO_WRENCH)
@@ -218,9 +220,10 @@ class Allocator(_AllocatorBase):
         self._much_missing = self._lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
         return allocation
 
-    def _within_reach(self, wrench: Wrench) -> Wrench:
-        """The demand without sideways force that the thrusters left after a failure cannot give with the moment."""
-        if not self._failed or self._scales[1] <= 0.0:
+    def _within_reach(self, wrench: Wrench, planned: bool) -> Wrench:
+        """The demand without sideways force that the thrusters cannot give with the moment: after a failure, and on a
+        planned path where the last one was more than they give. In a stream the bow has to come round first."""
+        if not (self._failed or (planned and self._beyond_reach)) or self._scales[1] <= 0.0:
             return wrench
         least_n, most_n = sway_reach_n(self._thrusters, self._failed, wrench.yaw_nm)
         return replace(wrench, sway_n=min(most_n, max(least_n, wrench.sway_n)))

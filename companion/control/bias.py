@@ -7,6 +7,7 @@ import math
 
 from companion.config.vessel import LimitsConfig
 from companion.core.actuation import Wrench
+from companion.core.dead_zone import beyond_dead_zone
 from companion.core.frames import body_to_ned, ned_to_body
 
 _SHARE = 0.9  # of the limits: the most that the bias may take
@@ -63,14 +64,12 @@ class BiasForce:
         limits = self._limits
         x, y, n = self.in_body(yaw_rad)
         step = _UNWIND_RADPS * dt_s
-        x = _given_back(x, step * _beyond(achieved.surge_n - demanded.surge_n, _DEAD_SHARE * limits.surge_n))
-        y = _given_back(y, step * _beyond(achieved.sway_n - demanded.sway_n, _DEAD_SHARE * limits.sway_n))
+        x = _given_back(x, step * beyond_dead_zone(achieved.surge_n - demanded.surge_n, _DEAD_SHARE * limits.surge_n))
+        y = _given_back(y, step * beyond_dead_zone(achieved.sway_n - demanded.sway_n, _DEAD_SHARE * limits.sway_n))
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
-        self._yaw_nm = _given_back(n, step * _beyond(achieved.yaw_nm - demanded.yaw_nm, _DEAD_SHARE * limits.yaw_nm))
-
-
-def _beyond(value: float, dead: float) -> float:
-    return math.copysign(max(0.0, abs(value) - dead), value)
+        self._yaw_nm = _given_back(
+            n, step * beyond_dead_zone(achieved.yaw_nm - demanded.yaw_nm, _DEAD_SHARE * limits.yaw_nm)
+        )
 
 
 def _given_back(bias: float, change: float) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.config.dimensions.limits import sides_nm
 from companion.config.hull import AIR_KGPM3, HullConfig, WindageConfig
 from companion.config.vessel import VesselConfig
 from companion.guidance.bend_speed import steady_turn_radps
@@ -44,6 +45,9 @@ class Agility:
     sway_n: float
     yaw_nm: float
     aims: bool = False  # its thrusters turn: where the plan will need them counts before it does
+    # Of `yaw_nm`, what the thrusters give to each side without a force aside: with one a turn runs wide.
+    port_share: float = 1.0
+    starboard_share: float = 1.0
 
     @property
     def most_n(self) -> float:
@@ -98,7 +102,8 @@ def agility_of(config: VesselConfig) -> Agility | None:
     if limits.sway_n <= 0.0:
         return None
     aims = any(thruster.turns for thruster in config.thrusters)
-    return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm, aims)
+    port, starboard = (min(1.0, most_nm / limits.yaw_nm) for most_nm in sides_nm(tuple(config.thrusters)))
+    return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm, aims, port, starboard)
 
 
 def _speed_at(force: float, linear: float, square: float) -> float:

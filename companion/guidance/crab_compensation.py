@@ -11,6 +11,7 @@ from companion.core.estimate import NavState
 _THROUGH_MPS = 0.15  # least speed through the water along the course: a slower boat drifts, whatever its heading
 _DRIFT_TIME_S = 4.0
 _KNOWN_TIME_S = 3.0  # in which a current that becomes known under way is used: the bow would jump to it
+_SUPPOSED_TIME_S = 20.0  # a drift that was supposed at the beginning, and that no current bears out, is forgotten
 _SLOWER_TIME_S = 20.0  # a slower command counts as that of the leg after so long: braking ends sooner
 _OPPOSITE_RAD = 0.5 * math.pi  # headings further apart are two ways to sail, not one with more or less of a turn
 
@@ -31,7 +32,16 @@ class CrabCompensation:
         """Forget the drift and the leg's speed."""
         self._north = self._east = 0.0
         self._fresh = True
+        self._supposed = False
         self._leg_mps = 0.0
+
+    def begin(self, nav: NavState) -> None:
+        """Forget drift and speed, and take for the drift what carries the boat aside, while no current is known: a boat
+        that begins from rest turns into a stream at once."""
+        self.reset()
+        if _current(nav) is None:
+            self._learn_drift(nav, self._top_mps, 1.0)
+            self._supposed = True
 
     def sail_at(self, leg_mps: float, dt_s: float) -> None:
         """Remember the speed commanded for the leg. A guard that slows the boat down for a while hardly counts."""
@@ -44,7 +54,11 @@ class CrabCompensation:
         known = _current(nav)
         if known is None:
             self._learn_drift(nav, max(speed_mps, abs(nav.surge_mps)), straight * min(1.0, dt_s / _DRIFT_TIME_S))
+            if self._supposed:
+                kept = 1.0 - min(1.0, dt_s / _SUPPOSED_TIME_S)
+                self._north, self._east = kept * self._north, kept * self._east
         else:
+            self._supposed = False
             part = 1.0 if self._fresh else min(1.0, dt_s / _KNOWN_TIME_S)
             self._north += part * (known[0] - self._north)
             self._east += part * (known[1] - self._east)

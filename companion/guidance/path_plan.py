@@ -166,24 +166,28 @@ def _bow(s: Floats, course: Floats, speed: Floats, limits: PlanLimits) -> tuple[
     count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
     grid = np.linspace(0.0, t[-1], count)
     at, along = np.interp(grid, t, s), np.interp(grid, t, course)
-    turns = limits.agility.turns_radps(_TURNING * limits.share, np.interp(grid, t, speed))
-    width = _mean(grid, _widths(grid, along, turns), np.full(count, _WIDTH_MEAN_S))
+    agility, pace = limits.agility, np.interp(grid, t, speed)
+    port, starboard = (
+        agility.turns_radps(_TURNING * limits.share * side, pace)
+        for side in (agility.port_share, agility.starboard_share)
+    )
+    width = _mean(grid, _widths(grid, along, port, starboard), np.full(count, _WIDTH_MEAN_S))
     smooth = _mean(grid, along, width)
     for last_s in _LAST_MEANS_S:
         smooth = _mean(grid, smooth, np.full(count, last_s))
     return at, smooth
 
 
-def _widths(grid: Floats, along: Floats, turn_radps: Floats) -> Floats:
-    """The window at each time: the shortest over which the course turns no faster than `turn_radps` there, and as wide
-    all around a turn as the turn needs."""
+def _widths(grid: Floats, along: Floats, port_radps: Floats, starboard_radps: Floats) -> Floats:
+    """The window at each time: the shortest over which the course turns no faster than the rate there of that side, and
+    as wide all around a turn as the turn needs."""
     width = np.full(len(grid), _SHORTEST_S)
     candidate = _SHORTEST_S
     step = max(float(grid[1] - grid[0]), 1.0e-9)
     while candidate < _LONGEST_S:
         half = 0.5 * candidate
-        turned = np.abs(np.interp(grid + half, grid, along) - np.interp(grid - half, grid, along))
-        fast = turned > turn_radps * candidate
+        turned = np.interp(grid + half, grid, along) - np.interp(grid - half, grid, along)
+        fast = np.abs(turned) > np.where(turned < 0.0, port_radps, starboard_radps) * candidate
         if not np.any(fast):
             break
         candidate *= _GROWTH

@@ -218,6 +218,8 @@ class PathTracker:
         self._passed = 0 if from_here else 1
         self._integral = 0.0
         self._crab.reset()
+        if self._plans:
+            self._crab.begin(nav)
         self._yaw = None
         first_leg = laid.track.waypoint_s_m[1]
         self._s = min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))

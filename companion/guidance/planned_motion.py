@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
+from companion.core.dead_zone import beyond_dead_zone
 from companion.core.estimate import Air, NavState, air_over_ground
 from companion.core.frames import body_to_ned, ned_to_body
 from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Progress
@@ -141,7 +142,7 @@ class PlannedMotion:
         bends, turn, change, against = self._turn(plan, place, nav, pace, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
-        sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), self._most_sway_mps)
+        sway = self._sway_mps(nav, self.speed_mps * math.sin(off))
         up, down = plan.reach_mps2(place.s_m, self.speed_mps)
         most_mps2 = max(up, _at_most_mps2(down)) + self.speed_mps * abs(bends)
         surge, sway = self._eased(surge, sway, nav, most_mps2 * dt_s)
@@ -181,6 +182,14 @@ class PlannedMotion:
     def _most_sway_mps(self) -> float:
         """Sideways speed through the water that is asked for at most."""
         return max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
+
+    def _sway_mps(self, nav: NavState, wanted_mps: float) -> float:
+        """The sideways speed over ground to ask for. While no current is known, the control law reckons with none, and
+        would push the boat the way that it drifts."""
+        most = self._most_sway_mps
+        if nav.current_north_mps is None:
+            return min(most, max(-most, wanted_mps))
+        return self._crab.sway_mps(nav, wanted_mps, most)
 
     @property
     def _creep_mps(self) -> float:
@@ -223,7 +232,7 @@ class PlannedMotion:
         towards the track where it is far. Returns its planned rate, the rate to turn at and its change, a little
         further on, and whether the bow points into a current that carries the boat along."""
         near = max(_NEAR_M, _FAR_M - _FOLLOWED * abs(self._lean_m))
-        far = _beyond(place.off_m, near) + self._lean_m
+        far = beyond_dead_zone(place.off_m, near) + self._lean_m
         aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
         aside = min(_MOST_ASIDE_RAD, max(-_MOST_ASIDE_RAD, aside))
         last = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
@@ -254,7 +263,7 @@ class PlannedMotion:
         if abs(turn_radps) > _STEADY_RADPS:
             self._lean_m *= math.exp(-abs(turn_radps) * dt_s / _FORGOTTEN_RAD)
         elif abs(off_m) < _LEARNS_M:
-            self._lean_m += (_beyond(off_m, _NEAR_M) / _LEAN_S - self._lean_m / _LEAN_LASTS_S) * dt_s
+            self._lean_m += (beyond_dead_zone(off_m, _NEAR_M) / _LEAN_S - self._lean_m / _LEAN_LASTS_S) * dt_s
             self._lean_m = min(_MOST_LEAN_M, max(-_MOST_LEAN_M, self._lean_m))
 
     def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:
@@ -275,8 +284,3 @@ class PlannedMotion:
 def _at_most_mps2(down_mps2: float) -> float:
     """How hard a boat that is too fast slows down, by the braking planned."""
     return _HARDER * down_mps2 + _HARDER_MPS2
-
-
-def _beyond(off_m: float, free_m: float) -> float:
-    """What of an error is more than `free_m`."""
-    return math.copysign(max(0.0, abs(off_m) - free_m), off_m)

@@ -85,8 +85,21 @@ def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] 
     """Largest force or moment on `axis` (0 surge, 1 sway, 2 yaw), to its stronger side, with the others at zero but
     those that are `free`. An azimuth with stops less than 180° apart turns ahead or in reverse, it is not both at once.
     """
+    return max(_sides(thrusters, axis, free))
+
+
+@lru_cache(maxsize=64)
+def sides_nm(thrusters: tuple[ThrusterConfig, ...]) -> tuple[float, float]:
+    """Largest moments to port and to starboard with surge and sway at zero, as the share of them that limits keep."""
+    port_nm, starboard_nm = _sides(thrusters, 2, ())
+    return _SHARE * port_nm, _SHARE * starboard_nm
+
+
+def _sides(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]) -> tuple[float, float]:
+    """As `largest`, to the negative and to the positive side."""
     ways = itertools.product(*(_ways(thruster) for thruster in thrusters))
-    return max(_largest(thrusters, axis, free, each) for each in ways)
+    found = [_largest(thrusters, axis, free, each) for each in ways]
+    return max(negative for negative, _ in found), max(positive for _, positive in found)
 
 
 def _ways(thruster: ThrusterConfig) -> tuple[int, ...]:
@@ -95,7 +108,9 @@ def _ways(thruster: ThrusterConfig) -> tuple[int, ...]:
     return (1, -1) if narrow and thruster.min_n < 0.0 else (0,)
 
 
-def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int], ways: Sequence[int]) -> float:
+def _largest(
+    thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int], ways: Sequence[int]
+) -> tuple[float, float]:
     """By duality: the least of the support function over the multipliers of the axes at zero, which is convex."""
     held = [other for other in range(3) if other != axis and other not in free]
     scale = 1.0 if axis == 2 else 1.0 / max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
@@ -119,7 +134,7 @@ def _largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]
             return _least(lambda m: value(side, (m,)), bounds[0])
         return _least(lambda m: _least(lambda k: value(side, (m, k)), bounds[1]), bounds[0])
 
-    return max(to_side(1.0), to_side(-1.0))
+    return to_side(-1.0), to_side(1.0)
 
 
 def turning_nm(thrusters: Sequence[ThrusterConfig], surge_n: float) -> float:

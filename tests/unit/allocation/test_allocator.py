@@ -397,3 +397,15 @@ def test_one_thruster_that_is_left_gives_way_and_moment_though_far_more_is_asked
     achieved = settle(a, Wrench(50.0, 315.0, 35.0), 60).achieved
     assert achieved.surge_n == pytest.approx(50.0, abs=5.0)
     assert achieved.yaw_nm == pytest.approx(35.0, abs=5.0)
+
+
+def test_on_a_planned_path_the_moment_goes_before_a_force_aside_that_hinders_it() -> None:
+    """ReVolt's bow thruster pushes 6 N to port; its stern must push to starboard to turn it there. Of both demands
+    together it gave a third of the moment and none of the force, while a stream set it aside."""
+    a = allocator()
+    given = [a.update(Wrench(38.0, -25.0, -40.0), DT_S, 0.1, planned=True) for _ in range(40)]
+    assert all(result.achieved.yaw_nm < -36.0 for result in given[20:]), "and it stays so while both are demanded"
+    assert given[-1].limited[1]
+    for _ in range(30):
+        last = a.update(Wrench(38.0, -16.0, 10.0), DT_S, 0.1, planned=True)
+    assert last.achieved.sway_n == pytest.approx(-16.0, abs=1.0)

@@ -62,6 +62,27 @@ def test_without_a_known_current_the_learnt_drift_is_used() -> None:
     assert crab.water(nav_state()) == (0.0, 0.0)
 
 
+def test_what_carries_a_boat_aside_as_it_begins_is_its_drift_while_no_current_is_known() -> None:
+    crab, set_aside = CrabCompensation(1.0), nav_state(sway_mps=0.6, yaw_rad=0.5)
+    crab.begin(set_aside)
+    assert crab.water(set_aside) == pytest.approx((-0.6 * math.sin(0.5), 0.6 * math.cos(0.5)))
+    known = nav_state(sway_mps=0.6, current=(0.0, 0.1))
+    crab.begin(known)
+    assert crab.water(known) == (0.0, 0.1)
+
+
+def test_a_drift_supposed_at_the_beginning_is_forgotten_where_no_current_becomes_known() -> None:
+    """A boat that began a mission in a turn would keep what its slip was."""
+    crab, slipping = CrabCompensation(1.0), nav_state(sway_mps=0.4)
+    crab.begin(slipping)
+    for _ in range(20):
+        crab.update(slipping, 0.5, 0.0, 0.1)
+    assert crab.water(slipping)[1] == pytest.approx(0.36, abs=0.01), "until the current is known it counts"
+    for _ in range(600):
+        crab.update(slipping, 0.5, 0.0, 0.1)
+    assert abs(crab.water(slipping)[1]) < 0.03
+
+
 def across(heading_rad: float, through: tuple[float, float]) -> float:
     """Sideways part of the velocity through the water that a boat with that heading needs."""
     return through[1] * math.cos(heading_rad) - through[0] * math.sin(heading_rad)

@@ -124,6 +124,27 @@ def test_a_hull_that_way_holds_straight_turns_more_slowly_at_the_same_speed() ->
     assert fastest_radps(stiff) < 1.15 * stiff.turn_radps(2.0 * SHARE, SPEED_MPS) < fastest_radps(agility())
 
 
+def test_to_the_side_that_a_boat_turns_to_more_weakly_without_running_aside_it_turns_more_slowly() -> None:
+    """ReVolt's bow thruster pushes 6 N to port and 14 N to starboard. Turns planned as fast to either side set it 1 m
+    wide behind sharp ones to port: for the rest of the moment its stern pushed the boat aside."""
+    revolt = agility_of(load(find("revolt")))
+    assert revolt is not None
+    assert (revolt.port_share, revolt.starboard_share) == (pytest.approx(0.53, abs=0.02), 1.0)
+    assert (agility().port_share, agility().starboard_share) == (1.0, 1.0)
+
+    def fastest_radps(side: float) -> float:
+        points = [(north, side * east) for north, east in CORNER]
+        track = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0)
+        plan = PathPlan(track, track.waypoint_s_m[1:], [0.6] * 2, PlanLimits(revolt, SHARE, 0.1, 0.15, Weather()), True)
+        places = [track.waypoint_s_m[1] - 4.0]
+        while places[-1] < track.waypoint_s_m[1] + 4.0:
+            places.append(plan.ahead_m(places[-1], 0.1, plan.speed_mps(places[-1])))
+        return max(side * (plan.course_rad(b) - plan.course_rad(a)) / 0.1 for a, b in itertools.pairwise(places))
+
+    port, starboard = (revolt.turn_radps(2.0 * SHARE * side, 0.0) for side in (revolt.port_share, 1.0))
+    assert fastest_radps(-1.0) < 1.15 * port < fastest_radps(1.0) < 1.15 * starboard
+
+
 def test_the_moment_of_a_planned_turn_has_no_steps() -> None:
     """Windows that widened in steps asked for 33 Nm more within 0.3 s: force that is gone again before it is there."""
     track, plan = planned()

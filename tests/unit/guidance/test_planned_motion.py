@@ -17,6 +17,7 @@ from companion.guidance.agility import Agility, agility_of
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind
 from companion.guidance.path_laying import FromBoat, LaidTrack, TrackShape
+from companion.guidance.path_tracking import PathTracker
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
@@ -204,3 +205,16 @@ def test_on_a_leg_the_velocity_asked_for_is_the_planned_one_also_from_rest() -> 
         assert setpoint.surge_mps == pytest.approx(planned.speed_mps, abs=0.06)
         s_m += planned.speed_mps * DT_S
     assert planned.speed_mps > 0.9 * SPEED_MPS
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_from_rest_in_a_stream_that_is_not_known_yet_the_bow_comes_round_at_once(side: float) -> None:
+    """It waited until the boat was off its track or the current known: ReVolt was set 7 m aside, not 5."""
+    revolt = load(find("revolt"))
+    tracker = PathTracker(Parameters(revolt.parameters), True, top_speed_mps(revolt), agility_of(revolt))
+    nav = replace(AT_REST, sway_mps=side * 0.6, east_mps=side * 0.6)
+    tracker.start([Waypoint(100.0, 0.0)], nav)
+    for tick in range(12):
+        setpoint = tracker.update(replace(nav, east_m=side * 0.06 * tick), 0.6, DT_S).setpoint
+        assert -0.15 < side * setpoint.sway_mps < 0.05, "the law knows of no stream that carries the boat"
+    assert -side * setpoint.yaw_rad > math.radians(12.0)
