@@ -149,6 +149,8 @@ class YawLoop:
             heave = min(self._config.limits.yaw_nm, heave + asked * turning_nm * dt_s / self._heave_s)
         elif self._heave_s == _ABLE_HEAVE_S:  # a heavy ship that has only begun to turn was no stalled one
             heave -= heave * min(1.0, dt_s / _ABLE_HEAVE_S)
+        elif side * rate_radps > math.radians(self._parameters["PATH_YAW_RATE"]):
+            heave -= heave * min(1.0, dt_s / _HEAVE_S)
         self._heave_nm = side * heave
         return asked * self._heave_nm
 
