@@ -167,7 +167,7 @@ class Weathervane:
 
     def _is_mean_known(self, inputs: ModeInputs) -> bool:
         """Whether there is a mean force after this tick."""
-        weather = self._weather.mean
+        weather = self._weather.into
         if self._driven and weather is not None and self._suffices(weather):
             self._mean = weather
             return True
