@@ -12,6 +12,7 @@ from companion.core.frames import body_to_ned, ned_to_body
 _SHARE = 0.9  # of the limits: the most that the bias may take
 _DEAD_SHARE = 0.01  # of the limits: a smaller shortfall is not saturation
 _UNWIND_RADPS = 0.5
+_BOW_SHARE = 0.25  # of what weather pushes the side with: what it pushes the bow with
 
 
 class BiasForce:
@@ -50,6 +51,14 @@ class BiasForce:
         y = min(bound_y, max(-bound_y, y + sway_nps * dt_s))
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
+
+    def turn(self, from_rad: float, to_rad: float) -> None:
+        """The boat has turned its bow to the weather: what pushed its side does not push its bow as hard. Kept whole,
+        it would drive the boat past its point, against the weather."""
+        x, y = ned_to_body(self._north_n, self._east_n, to_rad)
+        _, before = ned_to_body(self._north_n, self._east_n, from_rad)
+        x -= (1.0 - _BOW_SHARE) * before * math.sin(to_rad - from_rad)
+        self._north_n, self._east_n = body_to_ned(x, y, to_rad)
 
     def take_surge(self, surge_n: float, yaw_rad: float) -> None:
         """Take over what another law has learnt along the hull, within the limits."""

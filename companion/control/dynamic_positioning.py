@@ -30,7 +30,7 @@ _LEARNS_SHARE = 0.4  # of DP_SPEED_AHEAD: of a reference as fast as that the bia
 
 class DynamicPositioning:
     """PID with feed-forward. The `bias` given to `update` is its integral. Remembers the feedback of the last cycle,
-    which it smooths over DP_SMOOTH_T."""
+    which it smooths over DP_SMOOTH_T, and the heading while the bow turns to the weather."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._config = config
@@ -54,6 +54,7 @@ class DynamicPositioning:
         share = self._parameters["DP_FEEDFORWARD"]
         steady = self._against_current(setpoint, u, v, nav, dt_s)
         bandwidth_radps = min(self._parameters["DP_BW_SURGE"], self._parameters["DP_BW_SWAY"])
+        self._see_turn(setpoint, nav, bias)
         bx, by, bn = bias.in_body(nav.yaw_rad)
         mean = (bx + share * steady.surge_n, by + share * steady.sway_n, bn + share * steady.yaw_nm)
         self._firmness = self._economy.update(setpoint, nav, mean, bandwidth_radps, dt_s)
@@ -105,8 +106,15 @@ class DynamicPositioning:
         _, _, planned_nm = coriolis(self._hull, u, v, 0.0)
         return Wrench(slow.surge_n, slow.sway_n, slow.yaw_nm + weight * (actual_nm - planned_nm - slow.yaw_nm))
 
+    def _see_turn(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce) -> None:
+        """Tell the bias that the bow has turned to the weather."""
+        if setpoint.bow_on and self._bow_rad is not None:
+            bias.turn(self._bow_rad, nav.yaw_rad)
+        self._bow_rad = nav.yaw_rad if setpoint.bow_on else None
+
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
+        self._bow_rad: float | None = None
         self._feedback: tuple[float, float, float] | None = None
         self._economy.restart()
         self._current.restart()
