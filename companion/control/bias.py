@@ -7,6 +7,7 @@ import math
 
 from companion.config.vessel import LimitsConfig
 from companion.core.actuation import Wrench
+from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned, ned_to_body
 
 _SHARE = 0.9  # of the limits: the most that the bias may take
@@ -53,12 +54,15 @@ class BiasForce:
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
 
     def turn(self, from_rad: float, to_rad: float) -> None:
-        """The boat has turned its bow to the weather: what pushed its side does not push its bow as hard. Kept whole,
-        it would drive the boat past its point, against the weather."""
-        x, y = ned_to_body(self._north_n, self._east_n, to_rad)
-        _, before = ned_to_body(self._north_n, self._east_n, from_rad)
-        x -= (1.0 - _BOW_SHARE) * before * math.sin(to_rad - from_rad)
-        self._north_n, self._east_n = body_to_ned(x, y, to_rad)
+        """The boat has turned its bow to the weather, a little: what pushed its side does not push its bow as hard.
+        Kept whole, it would drive the boat past its point, against the weather. On an ellipse in place of a circle,
+        but nothing grows by more than it would on the circle."""
+        x, y = ned_to_body(self._north_n, self._east_n, from_rad)
+        turned = wrap_pi(to_rad - from_rad)
+        from_bow = -x * turned
+        if from_bow * y < 0.0:
+            from_bow = _given_back(y, from_bow / _BOW_SHARE) - y
+        self._north_n, self._east_n = body_to_ned(x + _BOW_SHARE * y * turned, y + from_bow, to_rad)
 
     def take_surge(self, surge_n: float, yaw_rad: float) -> None:
         """Take over what another law has learnt along the hull, within the limits."""
