@@ -7,12 +7,14 @@ import math
 
 from companion.config.vessel import LimitsConfig
 from companion.core.actuation import Wrench
+from companion.core.angles import wrap_pi
 from companion.core.dead_zone import beyond_dead_zone
 from companion.core.frames import body_to_ned, ned_to_body
 
 _SHARE = 0.9  # of the limits: the most that the bias may take
 _DEAD_SHARE = 0.01  # of the limits: a smaller shortfall is not saturation
 _UNWIND_RADPS = 0.5
+_BOW_SHARE = 0.25  # of what weather pushes the side with: what it pushes the bow with
 
 
 class BiasForce:
@@ -51,6 +53,17 @@ class BiasForce:
         y = min(bound_y, max(-bound_y, y + sway_nps * dt_s))
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
+
+    def turn(self, from_rad: float, to_rad: float) -> None:
+        """The boat has turned its bow to the weather, a little: what pushed its side does not push its bow as hard.
+        Kept whole, it would drive the boat past its point, against the weather. On an ellipse in place of a circle,
+        but nothing grows by more than it would on the circle."""
+        x, y = ned_to_body(self._north_n, self._east_n, from_rad)
+        turned = wrap_pi(to_rad - from_rad)
+        from_bow = -x * turned
+        if from_bow * y < 0.0:
+            from_bow = _given_back(y, from_bow / _BOW_SHARE) - y
+        self._north_n, self._east_n = body_to_ned(x + _BOW_SHARE * y * turned, y + from_bow, to_rad)
 
     def take_surge(self, surge_n: float, yaw_rad: float) -> None:
         """Take over what another law has learnt along the hull, within the limits."""

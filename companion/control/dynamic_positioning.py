@@ -25,12 +25,13 @@ from companion.core.setpoint import PoseSetpoint
 from companion.params.store import Parameters
 
 _FULL = 3  # DP_FF_KIND
+_BOW_ON = 2.0  # times DP_BW_YAW, up to the bandwidth under way, while the bow is in weather that drove the boat off
 _LEARNS_SHARE = 0.4  # of DP_SPEED_AHEAD: of a reference as fast as that the bias learns half of the error
 
 
 class DynamicPositioning:
     """PID with feed-forward. The `bias` given to `update` is its integral. Remembers the feedback of the last cycle,
-    which it smooths over DP_SMOOTH_T."""
+    which it smooths over DP_SMOOTH_T, and the heading while the bow turns to the weather."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._config = config
@@ -54,10 +55,11 @@ class DynamicPositioning:
         share = self._parameters["DP_FEEDFORWARD"]
         steady = self._against_current(setpoint, u, v, nav, dt_s)
         bandwidth_radps = min(self._parameters["DP_BW_SURGE"], self._parameters["DP_BW_SWAY"])
+        self._see_turn(setpoint, nav, bias)
         bx, by, bn = bias.in_body(nav.yaw_rad)
         mean = (bx + share * steady.surge_n, by + share * steady.sway_n, bn + share * steady.yaw_nm)
         self._firmness = self._economy.update(setpoint, nav, mean, bandwidth_radps, dt_s)
-        (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains(self._firmness)
+        (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains(self._firmness, setpoint.bow_on)
         rests = self._resting(setpoint)
         bias.grow(-rests * ix * ex, -rests * iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
@@ -105,8 +107,15 @@ class DynamicPositioning:
         _, _, planned_nm = coriolis(self._hull, u, v, 0.0)
         return Wrench(slow.surge_n, slow.sway_n, slow.yaw_nm + weight * (actual_nm - planned_nm - slow.yaw_nm))
 
+    def _see_turn(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce) -> None:
+        """Tell the bias that the bow has turned to the weather."""
+        if setpoint.bow_on and self._bow_rad is not None:
+            bias.turn(self._bow_rad, nav.yaw_rad)
+        self._bow_rad = nav.yaw_rad if setpoint.bow_on else None
+
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
+        self._bow_rad: float | None = None
         self._feedback: tuple[float, float, float] | None = None
         self._economy.restart()
         self._current.restart()
@@ -124,15 +133,18 @@ class DynamicPositioning:
         self._feedback = (x, y, n)
         return x, y, n
 
-    def _gains(self, firmness: Firmness) -> tuple[tuple[float, float, float], ...]:
-        """(Kp, Ki, Kd) of surge, sway and yaw."""
+    def _gains(self, firmness: Firmness, bow_on: bool) -> tuple[tuple[float, float, float], ...]:
+        """(Kp, Ki, Kd) of surge, sway and yaw. `bow_on`: a bow in strong weather wants to fall off to either side."""
         hull, parameters = self._hull, self._parameters
         damping, share = parameters["DP_DAMPING"], parameters["DP_INTEGRAL"]
+        yaw = parameters["DP_BW_YAW"]
+        if bow_on:
+            yaw = max(yaw, min(_BOW_ON * yaw, parameters["PATH_BW_YAW"]))
         surge, sway = firmness.place * parameters["DP_BW_SURGE"], firmness.place * parameters["DP_BW_SWAY"]
         return (
             pole_placement(hull.m11_kg, hull.damping.x_u, surge, damping, share),
             pole_placement(hull.m22_kg, hull.damping.y_v, sway, damping, share),
-            pole_placement(hull.m33_kgm2, hull.damping.n_r, firmness.yaw * parameters["DP_BW_YAW"], damping, share),
+            pole_placement(hull.m33_kgm2, hull.damping.n_r, firmness.yaw * yaw, damping, share),
         )
 
 

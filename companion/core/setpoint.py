@@ -48,7 +48,8 @@ class NeutralSetpoint:
 class PoseSetpoint:
     """Dynamic positioning: pose of the reference, with its velocity and acceleration in the reference's body axes.
 
-    `circle_m`: so far off may the boat be where that saves energy; 0: it keeps the pose as well as it can.
+    `circle_m`: so far off may the boat be where that saves energy; 0: it keeps the pose as well as it can. `bow_on`:
+    its bow turns to weather that drove it off.
     """
 
     north_m: float
@@ -62,9 +63,10 @@ class PoseSetpoint:
     yaw_radps2: float = 0.0
     progress: Progress = NO_PROGRESS
     circle_m: float = 0.0
+    bow_on: bool = False
 
-    def within(self, circle_m: float) -> PoseSetpoint:
-        """With another `circle_m`. As `dataclasses.replace`, which takes much for each tick."""
+    def within(self, circle_m: float, bow_on: bool = False) -> PoseSetpoint:
+        """With another `circle_m` and `bow_on`. As `dataclasses.replace`, which takes much for each tick."""
         return PoseSetpoint(
             self.north_m,
             self.east_m,
@@ -77,6 +79,7 @@ class PoseSetpoint:
             self.yaw_radps2,
             self.progress,
             circle_m,
+            bow_on,
         )
 
 

@@ -237,8 +237,9 @@ class HoldMode(Mode):
         elif isinstance(setpoint, PoseSetpoint):
             self._weathervane.see_way(inputs, (setpoint.north_m, setpoint.east_m))
         self._turn_to_weather(inputs)
-        if isinstance(setpoint, PoseSetpoint) and not self.going:
-            return setpoint.within(self._parameters["DP_ECON"])
+        if isinstance(setpoint, PoseSetpoint):
+            circle_m = 0.0 if self.going else self._parameters["DP_ECON"]
+            return setpoint.within(circle_m, self._weathervane.driven_off)
         return setpoint
 
     def _turn_to_weather(self, inputs: ModeInputs) -> None:

@@ -234,6 +234,8 @@ class RtlMode(Mode):
             self._keep_place(inputs)
         elif isinstance(setpoint, PoseSetpoint):
             self._weathervane.see_way(inputs, (setpoint.north_m, setpoint.east_m))
+        if isinstance(setpoint, PoseSetpoint) and self._weathervane.driven_off:
+            return setpoint.within(setpoint.circle_m, True)
         return setpoint
 
     def _keep_place(self, inputs: ModeInputs) -> None:

@@ -64,7 +64,8 @@ class PoseKeeper:
     generator. Deflected sticks move the held pose, inside the fence.
 
     Started faster than positioning moves the boat, it first brakes with all its thrust astern, on its heading: the
-    reference would brake as gently as it speeds up."""
+    reference would brake as gently as it speeds up. Sideways the reference begins no faster than positioning moves the
+    boat: a light boat that weather had carried off would be led on with it, by tens of lengths."""
 
     def __init__(self, parameters: Parameters, fence: FenceGuard | None = None) -> None:
         self._parameters = parameters
@@ -88,7 +89,7 @@ class PoseKeeper:
     def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
-        begun = fitted or nav
+        begun = self._led(fitted or nav)
         self._hurries = fitted is not None
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(begun, self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
@@ -96,12 +97,18 @@ class PoseKeeper:
         self._braking = nav if self._is_fast(nav) and (by_fence is None or self._hurries) else None
         self._begin(begun, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
 
+    def _led(self, nav: NavState) -> NavState:
+        """With the sideways speed that the reference begins with."""
+        most_mps = self._parameters["DP_SPEED_SWAY"]
+        return nav if abs(nav.sway_mps) <= most_mps else replace(nav, sway_mps=math.copysign(most_mps, nav.sway_mps))
+
     def _is_fast(self, nav: NavState) -> bool:
         """Whether it moves faster than positioning moves it."""
         return abs(nav.surge_mps) > self._parameters["DP_SPEED_AHEAD"]
 
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
         """Lead the reference from the boat's motion to a place."""
+        nav = self._led(nav)
         self._pose = (nav.north_m, nav.east_m, nav.yaw_rad)
         self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
         self._reference.retarget(*place, yaw_rad)

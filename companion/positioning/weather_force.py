@@ -1,7 +1,9 @@
-"""The force that would keep the boat at rest against wind and current, from what its thrusters gave and how it moved.
+"""Where the weather comes from, by the force that would keep the boat at rest against it: from what its thrusters gave
+and how it moved.
 
 A boat that is driven off its point asks for far more: for the way back, and against its drift. Towards that force it
-would turn its bow past the weather, and be driven off on the other side.
+would turn its bow past the weather, and be driven off on the other side. So it would towards the force at rest: weather
+on the bow pushes a hull mostly sideways. Its mean would change as the bow turns, and lag behind.
 """
 
 from __future__ import annotations
@@ -16,13 +18,17 @@ from companion.core.frames import body_to_ned, ned_to_body
 
 _MEAN_S = 10.0  # which the turn of the bow must not outrun
 _GAP_S = 1.0
+# How much harder weather pushes on the side than on the bow. Any figure has the bow in the weather in the end. Wind
+# pushes about that much harder, waves and current more. By 1 the bow swung 40° to either side of the weather for good.
+_SIDE = 8.0
 
 
 class WeatherForce:
-    """`see(nav, achieved, dt_s)` every tick; `mean` is the force (north, east) in N, None at first.
+    """`see(nav, achieved, dt_s)` every tick; `into` points into the weather.
 
     By the momentum of the hull: what the thrusters gave, less what sped the boat up, less the water's drag on its
-    drift, which it has not at rest. Remembers the mean, for how long it was taken, and the last momentum and time.
+    drift, which it has not at rest. The part from the side counts for as much as it would be on the bow, so that the
+    mean is the same on every heading. Remembers the mean, for how long it was taken, and the last momentum and time.
     """
 
     def __init__(self, hull: HullConfig) -> None:
@@ -31,15 +37,16 @@ class WeatherForce:
 
     def restart(self) -> None:
         """Take the mean anew."""
-        self._force = (0.0, 0.0)
+        self._into = (0.0, 0.0)
         self._momentum: tuple[float, float] | None = None
         self._taken_s = 0.0
         self._t_s = -math.inf
 
     @property
-    def mean(self) -> tuple[float, float] | None:
-        """The mean force, once it has been taken for some seconds."""
-        return self._force if self._taken_s >= 0.5 * _MEAN_S else None
+    def into(self) -> tuple[float, float] | None:
+        """(north, east) in N into the weather, as long as the mean force that would hold the boat bow on; None until it
+        has been taken for some seconds."""
+        return self._into if self._taken_s >= 0.5 * _MEAN_S else None
 
     def see(self, nav: NavState, achieved: Wrench, dt_s: float) -> None:
         """`achieved`: what the thrusters gave in the last cycle, of `dt_s`. After a gap the mean begins anew."""
@@ -59,7 +66,6 @@ class WeatherForce:
         before = momentum if self._momentum is None else self._momentum
         gained = momentum[0] - before[0], momentum[1] - before[1]
         self._momentum = momentum
-        self._force = (
-            self._force[0] + share * (held[0] - gained[0] / dt_s - self._force[0]),
-            self._force[1] + share * (held[1] - gained[1] / dt_s - self._force[1]),
-        )
+        force = ned_to_body(held[0] - gained[0] / dt_s, held[1] - gained[1] / dt_s, nav.yaw_rad)
+        north, east = body_to_ned(force[0], force[1] / _SIDE, nav.yaw_rad)
+        self._into = self._into[0] + share * (north - self._into[0]), self._into[1] + share * (east - self._into[1])

@@ -27,6 +27,8 @@ _MEAN_S = 15.0
 _SETTLE_S = 30.0  # after the start, before the mean counts
 _TURN_S = 120.0  # in which the bow would turn by the angle of the force; this one changes several times as fast
 _BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
+# The same while driven off: what is known of the weather leads the bow to it from the near side.
+_DRIVEN_BEGIN_RAD, _DRIVEN_END_RAD = math.radians(2.0), math.radians(1.0)
 # Driven off: share of the sideways limit in the mean; _MEAN_S, which the turn must not outrun; _SETTLE_S.
 _DRIVEN_SHARE, _DRIVEN_MEAN_S, _DRIVEN_SETTLE_S = 0.7, 10.0, 5.0
 _LEAVES_MPS = 0.05  # away from its point, outside the watch circle
@@ -144,7 +146,8 @@ class Weathervane:
         if not self._is_mean_known(inputs):
             return None
         off_rad = self._off_rad(inputs.nav.yaw_rad)
-        self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
+        begin_rad, end_rad = (_DRIVEN_BEGIN_RAD, _DRIVEN_END_RAD) if self._driven else (_BEGIN_RAD, _END_RAD)
+        self._turning = abs(off_rad) > (end_rad if self._turning else begin_rad)
         if not self._turning:
             return None
         fast = self._driven and inputs.now_s - self._out_s < _FAST_S
@@ -167,7 +170,7 @@ class Weathervane:
 
     def _is_mean_known(self, inputs: ModeInputs) -> bool:
         """Whether there is a mean force after this tick."""
-        weather = self._weather.mean
+        weather = self._weather.into
         if self._driven and weather is not None and self._suffices(weather):
             self._mean = weather
             return True

@@ -97,6 +97,21 @@ def test_a_fence_too_near_for_the_stop_has_the_boat_brake_with_all_its_thrust() 
     assert isinstance(setpoint, PoseSetpoint) and setpoint.surge_mps <= 0.0 and keeper.target[0] == 0.0
 
 
+def test_a_boat_that_was_carried_off_sideways_is_not_led_on_with_the_weather() -> None:
+    """CyberShip II drifted at 0.6 m/s while it was not armed; its reference led it 16 m further, with all its thrust."""
+    keeper = PoseKeeper(Parameters({"DP_SPEED_SWAY": 0.06, "DP_ACC_SWAY": 0.015, "DP_ACC_SURGE": 0.05}))
+    drifting = replace(AT_REST, sway_mps=-0.6, east_mps=-0.6)
+    keeper.start(drifting)
+    assert abs(keeper.target[1]) < 0.25
+    keeper.hold(0.0, 2.0, 0.0, None)
+    furthest_m = 0.0
+    for _ in range(300):
+        setpoint = keeper.update(drifting, None, 1.0, 0.1)
+        assert isinstance(setpoint, PoseSetpoint)
+        furthest_m = min(furthest_m, setpoint.east_m)
+    assert furthest_m > -0.25
+
+
 def test_at_the_speeds_of_positioning_the_reference_brakes() -> None:
     assert isinstance(asked(stopping(0.45), 0.0, 0.45), PoseSetpoint)
 
