@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
 from companion.core.actuation import ZERO_WRENCH, Wrench
@@ -26,6 +27,7 @@ from companion.core.setpoint import (
     HeadingSetpoint,
     PathSetpoint,
     PoseSetpoint,
+    Progress,
     Setpoint,
     WrenchSetpoint,
     braked,
@@ -152,6 +154,7 @@ class ObstacleGuard:
         self._hold_point = HoldPoint(config, parameters, fence)
         self._room = RoomToHold(config, parameters)
         self._steers_by_flow = config.has_rudder
+        self._steers_astern = turns_on_the_spot(config.thrusters)
         self._brakes = self._backing = False
         self._mode: GuardedMode | None = None
         self._holding = False
@@ -197,7 +200,7 @@ class ObstacleGuard:
             return setpoint
         if self._backing:
             mode.excuse()
-            return WrenchSetpoint(self._astern(inputs.nav), setpoint.progress)
+            return self._astern(inputs.nav, setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not (mode.goes_round or mode.drifts):
             return stopped
@@ -278,11 +281,15 @@ class ObstacleGuard:
         else:
             self._hold_point.shift(*place, nav.yaw_rad)
 
-    def _astern(self, nav: NavState) -> Wrench:
-        """Astern without steering, which a rudder does by thrust ahead."""
+    def _astern(self, nav: NavState, progress: Progress) -> Setpoint:
+        """Astern on the heading that the boat has; a rudder or a nozzle does not steer, which they do by thrust
+        ahead."""
+        if self._steers_astern:
+            return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
         hull, astern_mps = self._config.hull, self._parameters["DP_SPEED_ASTERN"]
         gain = hull.m11_kg * self._parameters["PATH_BW_SURGE"]
-        return Wrench(-gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps), 0.0, 0.0)
+        astern_n = -gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps)
+        return WrenchSetpoint(Wrench(astern_n, 0.0, 0.0), progress)
 
     def _stands(self, now_s: float) -> bool:
         """Whether the boat is kept from a way that is free: from where it stands, that way begins otherwise."""
@@ -397,7 +404,7 @@ class ObstacleGuard:
         room for that."""
         keep_m = 0.5 * self._config.length_m + STOP_SHARE * self._parameters["CP_DIST"]
         if self._since_s is not None:
-            keep_m += self._room.least_m
+            keep_m += self._room.least_m + self._room.carried_m(stream_along_mps(nav, *along))
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
 
     def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:
