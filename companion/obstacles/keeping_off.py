@@ -30,6 +30,7 @@ from companion.params.store import Parameters
 _SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
 _STOPPED_MPS = 0.1
 _COASTS_MPS = 0.2  # more way than asked for: a boat without thrust astern cannot stop now
+_COASTING_SOON_S = 12.0  # the same of a boat that cannot stop
 _LYING_SOON_S = 6.0  # how far it looks for what lies; for what moves, as far as its motion is predicted
 _ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
@@ -37,6 +38,7 @@ _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lie
 _LASTS_M = 0.5  # more than enough, with which it goes on as asked
 _CLOSING_M = 0.1
 _OUT_M = 10.0  # how far it goes at most
+_COASTING_OUT_M = 25.0  # of a boat that cannot stop, which turns in a wide arc
 _DIRECTION_RAD = math.radians(5.0)
 _BETTER_M, _SAME_M, _SAME_RAD = 0.1, 1.0, math.radians(45.0)
 _COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn by a radian, in metres of water
@@ -126,6 +128,11 @@ class KeepingOff:
         """Water to what lies, at which the boat stops."""
         return STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
 
+    @property
+    def _soon_s(self) -> float:
+        """How far it looks for what lies."""
+        return _COASTING_SOON_S if self._ways.coasts else _LYING_SOON_S
+
     def _near(self, water: Water, nav: NavState) -> Floats:
         """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a
         chart's obstacles, the nearest place."""
@@ -138,7 +145,8 @@ class KeepingOff:
             return lying
         north, east = lying[:, 0] - here[0], lying[:, 1] - here[1]
         gaps = np.hypot(north, east) - lying[:, 2] - self._half_m
-        count = int((gaps < self._stop_m + _OUT_M).sum())
+        far_m = _COASTING_OUT_M if self._ways.coasts else _OUT_M
+        count = int((gaps < self._stop_m + far_m).sum())
         nearest = np.argsort(gaps)[:count]
         directions = np.floor(np.arctan2(east[nearest], north[nearest]) / _DIRECTION_RAD)
         near: Floats = lying[nearest[np.unique(directions, return_index=True)[1]]]
@@ -227,7 +235,7 @@ class KeepingOff:
         of the distance at which the boat stops."""
         if not len(lying):
             return np.full(len(north), math.inf)
-        soon = TIMES_S <= _LYING_SOON_S
+        soon = TIMES_S <= self._soon_s
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
