@@ -38,6 +38,7 @@ _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lie
 _LASTS_M = 0.5  # more than enough, with which it goes on as asked
 _CLOSING_M = 0.1
 _OUT_M = 10.0  # how far it goes at most
+_COASTING_SAME_M = 3.0  # for the last choice of a boat that cannot stop: from one turn into the other it goes straight on
 _COASTING_OUT_M = 25.0  # of a boat that cannot stop, which turns in a wide arc
 _DIRECTION_RAD = math.radians(5.0)
 _BETTER_M, _SAME_M, _SAME_RAD = 0.1, 1.0, math.radians(45.0)
@@ -171,7 +172,8 @@ class KeepingOff:
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
         if before is not None:
-            value[(np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
+            same = (np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)
+            value[same] += _COASTING_SAME_M if self._ways.coasts else _SAME_M
         for one in np.argsort(-value):
             if water_m[one] > least_m + _BETTER_M and self._allowed(around, choices, int(one), nav):
                 return float(choices.yaw_rad[one]), float(choices.surge_mps[one])

@@ -53,7 +53,7 @@ class WaysOut:
         self._parameters = parameters
         self._signs = (1.0, -1.0) if can_reverse(config.thrusters) else (1.0,)
         self.coasts = not (can_reverse(config.thrusters) or config.has_sail)
-        self._turn = PushedTurn(config)
+        self._turn = PushedTurn(config, parameters)
         self._on_the_spot = turns_on_the_spot(config.thrusters)
 
     def choices(self, yaw_rad: float, speeds_mps: Sequence[float], out_m: float, turns: bool) -> Choices:

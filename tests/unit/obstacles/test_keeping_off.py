@@ -95,3 +95,17 @@ def test_a_boat_without_thrust_astern_is_expected_to_go_as_far_as_it_coasts() ->
     assert north[0, -1] == pytest.approx(Coasting(JET.hull, 5.0).way_m(1.5), rel=0.15)
     north, _ = WaysOut(OTTER, Parameters(OTTER.parameters)).places(stops, nav)
     assert north[0, -1] < 4.0, "an Otter reverses"
+
+
+def test_a_heavy_jet_is_expected_to_turn_in_a_wide_arc() -> None:
+    """It was expected to turn back within 3 m. One of 4 m and 300 kg, whose yaw limit is a quarter of RescueRunner's,
+    took 17 m."""
+    hull = replace(JET.hull, m33_kgm2=360.0)
+    heavy = replace(JET, hull=hull, limits=replace(JET.limits, yaw_nm=60.0))
+    back = Choices(np.array([math.pi - 0.1]), np.array([0.5]), np.full(1, math.inf))
+    nav = replace(AT_REST, surge_mps=1.0, north_mps=1.0)
+    wide_m, tight_m = (
+        float(np.ptp(WaysOut(config, Parameters(JET.parameters)).places(back, nav)[1])) for config in (heavy, JET)
+    )
+    assert tight_m < 10.0
+    assert wide_m > 1.5 * tight_m
