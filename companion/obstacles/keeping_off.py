@@ -38,7 +38,7 @@ _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lie
 _LASTS_M = 0.5  # more than enough, with which it goes on as asked
 _CLOSING_M = 0.1
 _OUT_M = 10.0  # how far it goes at most
-_COASTING_SAME_M = 3.0  # for the last choice of a boat that cannot stop: from one turn into the other it goes straight on
+_COASTING_SAME_M = 3.0  # for the last choice of a boat that cannot stop: between two turns it goes straight on
 _COASTING_OUT_M = 25.0  # of a boat that cannot stop, which turns in a wide arc
 _DIRECTION_RAD = math.radians(5.0)
 _BETTER_M, _SAME_M, _SAME_RAD = 0.1, 1.0, math.radians(45.0)
@@ -237,7 +237,7 @@ class KeepingOff:
         of the distance at which the boat stops."""
         if not len(lying):
             return np.full(len(north), math.inf)
-        soon = TIMES_S <= self._soon_s
+        soon = self._soon_s >= TIMES_S
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
