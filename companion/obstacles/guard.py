@@ -58,6 +58,7 @@ _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
 _TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
+_CARRIED_MPS = 0.8  # a boat in Hold that is no faster is carried, more than it goes
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
@@ -341,7 +342,7 @@ class ObstacleGuard:
     def _stopped_in_time(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs) -> Setpoint:
         nav = inputs.nav
         demand = _demand(setpoint, nav)
-        along = direction(nav, demand)
+        along = self._along(mode, nav, demand)
         if along is None:
             return self._hold(setpoint, inputs) if self._holding else setpoint
         limit = self._limit_mps(nav, along)
@@ -361,6 +362,14 @@ class ObstacleGuard:
             return setpoint
         assert isinstance(setpoint, PathSetpoint)
         return self._slowed_path(setpoint, nav, limit / size, limit)
+
+    def _along(self, mode: GuardedMode, nav: NavState, demand: Place) -> Place | None:
+        """The direction in which the boat goes, or will go. One that is carried aside in Hold, and goes on as it turns,
+        is not kept from its way back: to stop would not stop that, and what it is set onto it keeps off."""
+        size, speed_mps = math.hypot(*demand), math.hypot(nav.north_mps, nav.east_mps)
+        if mode.drifts and self._room.room_m > 0.0 and size > 0.0 and speed_mps < _CARRIED_MPS:
+            return demand[0] / size, demand[1] / size
+        return direction(nav, demand)
 
     def _slowed_path(self, setpoint: PathSetpoint, nav: NavState, share: float, limit: float) -> Setpoint:
         """That share of the motion asked for. Where no way is open, a boat without thrust astern coasts: thrust for a

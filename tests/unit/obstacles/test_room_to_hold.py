@@ -143,3 +143,15 @@ def test_where_no_way_leads_on_it_stops_the_sooner_in_a_stream_from_astern() -> 
         assert isinstance(got, PathSetpoint)
         speeds.append(got.surge_mps)
     assert speeds[1] < 0.6 * speeds[0]
+
+
+def test_in_hold_it_is_not_kept_from_its_way_back_by_what_it_is_carried_to() -> None:
+    """A launch that the wind set onto a stone abeam was told to stop, for half a minute, until it lay on the stone."""
+    yaw_rad, mps = 2.3, 0.4
+    carried = {"surge_mps": mps * math.sin(yaw_rad), "sway_mps": mps * math.cos(yaw_rad), "east_mps": mps}
+    back = PathSetpoint(yaw_rad, surge_mps=0.5)
+    for drifts in (True, False):
+        bridge = Bridge((1.0, 5.8, 1.0), config=OUTBOARD)
+        got = bridge.steer(back, Sailing(drifts=drifts), **carried, yaw_rad=yaw_rad)
+        assert isinstance(got, PathSetpoint)
+        assert (got.surge_mps == back.surge_mps) is drifts
