@@ -48,12 +48,13 @@ _COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn b
 @dataclass(frozen=True, slots=True)
 class _Around:
     """What there is to keep off. `lying`: circles (north_m, east_m, radius_m) near the boat. `drifts`: the boat moves
-    about a point that it cannot keep, slowly enough to turn."""
+    about a point that it cannot keep, slowly enough to turn. `soon_s`: how far it looks for what lies."""
 
     movers: Sequence[Contact]
     lying: Floats
     water: Water
     drifts: bool
+    soon_s: float
 
 
 class KeepingOff:
@@ -91,7 +92,9 @@ class KeepingOff:
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
         slow = slow or (self._ways.coasts and nav.surge_mps > asked.surge_mps + _COASTS_MPS)
-        around = _Around(movers, self._near(water, nav), water, drifts)
+        stops = drifts or abs(asked.surge_mps) < _STOPPED_MPS  # else its way may bend before
+        soon_s = _COASTING_SOON_S if self._ways.coasts and stops else _LYING_SOON_S
+        around = _Around(movers, self._near(water, nav), water, drifts, soon_s)
         before, self._taken = self._taken, None
         if not slow or not (len(around.movers) or len(around.lying)):
             return None
@@ -99,7 +102,7 @@ class KeepingOff:
         north, east = self._ways.places(otherwise, nav)
         room_m = min(
             float(self._rooms_of_movers_m(movers, north, east).min()),
-            float(self._room_of_lying_m(around.lying, north, east, before is not None)[0]),
+            float(self._room_of_lying_m(around, north, east, before is not None)[0]),
         )
         if room_m >= (0.0 if before is None else _LASTS_M):
             return None
@@ -128,11 +131,6 @@ class KeepingOff:
     def _stop_m(self) -> float:
         """Water to what lies, at which the boat stops."""
         return STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
-
-    @property
-    def _soon_s(self) -> float:
-        """How far it looks for what lies."""
-        return _COASTING_SOON_S if self._ways.coasts else _LYING_SOON_S
 
     def _near(self, water: Water, nav: NavState) -> Floats:
         """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a
@@ -222,7 +220,7 @@ class KeepingOff:
         """By how much the water to everything falls short of enough, at most 0, shape (n,). Nearness that lasts counts
         beside the least water: what is too near already is to be left behind soon."""
         movers = np.minimum(0.0, self._rooms_of_movers_m(around.movers, north, east)[:, TIMES_S >= _ACTS_S])
-        lying = self._room_of_lying_m(around.lying, north, east, True)
+        lying = self._room_of_lying_m(around, north, east, True)
         found: Floats = np.minimum(np.minimum(0.0, lying), movers.min(axis=1) + movers.mean(axis=1))
         return found
 
@@ -232,12 +230,12 @@ class KeepingOff:
         gaps: Floats = np.sqrt(off_n * off_n + off_e * off_e) - lying[:, 2] - self._half_m
         return gaps
 
-    def _room_of_lying_m(self, lying: Floats, north: Floats, east: Floats, wide: bool) -> Floats:
+    def _room_of_lying_m(self, around: _Around, north: Floats, east: Floats, wide: bool) -> Floats:
         """By how much the water to what lies, and comes nearer, exceeds what is too little, shape (n,). `wide`: by all
         of the distance at which the boat stops."""
+        lying, soon = around.lying, around.soon_s >= TIMES_S
         if not len(lying):
             return np.full(len(north), math.inf)
-        soon = self._soon_s >= TIMES_S
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
