@@ -18,6 +18,12 @@ def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:
     return can_reverse(thrusters) and not any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
 
 
+def turns_in_place(thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether the boat turns without going on. A lone thruster that steers by its direction, as an outboard, pushes the
+    boat ahead or astern as it turns it."""
+    return turns_on_the_spot(thrusters) and (len(thrusters) > 1 or thrusters[0].turns_round)
+
+
 def stern_first_refusal(thrusters: Sequence[ThrusterConfig]) -> str | None:
     """Why the boat cannot sail stern first, or None: it needs thrust astern, and steering without way ahead."""
     if not can_reverse(thrusters):

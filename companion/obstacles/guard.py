@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
 from companion.core.actuation import ZERO_WRENCH, Wrench
@@ -26,6 +27,7 @@ from companion.core.setpoint import (
     HeadingSetpoint,
     PathSetpoint,
     PoseSetpoint,
+    Progress,
     Setpoint,
     WrenchSetpoint,
     braked,
@@ -56,6 +58,7 @@ _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
 _TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
+_CARRIED_MPS = 0.8  # a boat in Hold that is no faster is carried, more than it goes
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
@@ -152,6 +155,7 @@ class ObstacleGuard:
         self._hold_point = HoldPoint(config, parameters, fence)
         self._room = RoomToHold(config, parameters)
         self._steers_by_flow = config.has_rudder
+        self._steers_astern = turns_on_the_spot(config.thrusters)
         self._brakes = self._backing = False
         self._mode: GuardedMode | None = None
         self._holding = False
@@ -197,7 +201,7 @@ class ObstacleGuard:
             return setpoint
         if self._backing:
             mode.excuse()
-            return WrenchSetpoint(self._astern(inputs.nav), setpoint.progress)
+            return self._astern(inputs.nav, setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not (mode.goes_round or mode.drifts):
             return stopped
@@ -278,11 +282,15 @@ class ObstacleGuard:
         else:
             self._hold_point.shift(*place, nav.yaw_rad)
 
-    def _astern(self, nav: NavState) -> Wrench:
-        """Astern without steering, which a rudder does by thrust ahead."""
+    def _astern(self, nav: NavState, progress: Progress) -> Setpoint:
+        """Astern on the heading that the boat has; a rudder or a nozzle does not steer, which they do by thrust
+        ahead."""
+        if self._steers_astern:
+            return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
         hull, astern_mps = self._config.hull, self._parameters["DP_SPEED_ASTERN"]
         gain = hull.m11_kg * self._parameters["PATH_BW_SURGE"]
-        return Wrench(-gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps), 0.0, 0.0)
+        astern_n = -gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps)
+        return WrenchSetpoint(Wrench(astern_n, 0.0, 0.0), progress)
 
     def _stands(self, now_s: float) -> bool:
         """Whether the boat is kept from a way that is free: from where it stands, that way begins otherwise."""
@@ -334,7 +342,7 @@ class ObstacleGuard:
     def _stopped_in_time(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs) -> Setpoint:
         nav = inputs.nav
         demand = _demand(setpoint, nav)
-        along = direction(nav, demand)
+        along = self._along(mode, nav, demand)
         if along is None:
             return self._hold(setpoint, inputs) if self._holding else setpoint
         limit = self._limit_mps(nav, along)
@@ -354,6 +362,14 @@ class ObstacleGuard:
             return setpoint
         assert isinstance(setpoint, PathSetpoint)
         return self._slowed_path(setpoint, nav, limit / size, limit)
+
+    def _along(self, mode: GuardedMode, nav: NavState, demand: Place) -> Place | None:
+        """The direction in which the boat goes, or will go. One that is carried aside in Hold, and goes on as it turns,
+        is not kept from its way back: to stop would not stop that, and what it is set onto it keeps off."""
+        size, speed_mps = math.hypot(*demand), math.hypot(nav.north_mps, nav.east_mps)
+        if mode.drifts and self._room.room_m > 0.0 and size > 0.0 and speed_mps < _CARRIED_MPS:
+            return demand[0] / size, demand[1] / size
+        return direction(nav, demand)
 
     def _slowed_path(self, setpoint: PathSetpoint, nav: NavState, share: float, limit: float) -> Setpoint:
         """That share of the motion asked for. Where no way is open, a boat without thrust astern coasts: thrust for a
@@ -397,7 +413,7 @@ class ObstacleGuard:
         room for that."""
         keep_m = 0.5 * self._config.length_m + STOP_SHARE * self._parameters["CP_DIST"]
         if self._since_s is not None:
-            keep_m += self._room.least_m
+            keep_m += self._room.least_m + self._room.carried_m(stream_along_mps(nav, *along))
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
 
     def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:

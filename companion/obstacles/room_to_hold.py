@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from companion.config.reversing import can_reverse, turns_on_the_spot
+from companion.config.reversing import can_reverse, turns_in_place
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
+from companion.guidance.bend_speed import steady_turn_radps
 from companion.obstacles.clear_way import STOP_SHARE
 from companion.obstacles.open_water import Water
 from companion.params.store import Parameters
@@ -18,17 +19,19 @@ from companion.params.store import Parameters
 _LEAST_SHARE = 0.5
 _FARTHEST = 3.0  # times the room
 _RINGS, _BEARINGS = 12, 24
+_LAG_S, _MOMENT_SHARE = 1.5, 0.7  # of a turn in a stream, and of the yaw moment in it
 
 
 class RoomToHold:
-    """Of a boat that steers by its way alone: it may be anywhere in its watch circle (DP_WATCH_R). Others turn on the
-    spot and need no room. Remembers nothing."""
+    """Of a boat that goes on as it turns, with a rudder, a nozzle or a lone outboard: it may be anywhere in its watch
+    circle (DP_WATCH_R). Others turn in place and need no room. Remembers nothing."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._parameters = parameters
         self._half_m = 0.5 * config.length_m
-        self._moves = config.limits.sway_n <= 0.0 and not turns_on_the_spot(config.thrusters)
-        self._backs = config.has_rudder and can_reverse(config.thrusters)
+        self._hull, self._turning_nm = config.hull, _MOMENT_SHARE * config.limits.yaw_nm
+        self._moves = config.limits.sway_n <= 0.0 and not turns_in_place(config.thrusters)
+        self._backs = self._moves and can_reverse(config.thrusters)
 
     @property
     def room_m(self) -> float:
@@ -39,6 +42,15 @@ class RoomToHold:
     def least_m(self) -> float:
         """The part of it that the boat needs in most weathers: with less it looks for another place."""
         return _LEAST_SHARE * self.room_m
+
+    def carried_m(self, stream_mps: float) -> float:
+        """How far a stream from astern, at `stream_mps`, carries the boat on until its bow has come round into it; 0
+        where it comes from ahead."""
+        if not self._moves or stream_mps <= 0.0:
+            return 0.0
+        asked_radps = math.radians(self._parameters["PATH_YAW_RATE"])
+        turn_radps = min(asked_radps, steady_turn_radps(self._hull, stream_mps, self._turning_nm))
+        return stream_mps * (math.pi / turn_radps + _LAG_S)
 
     def better(self, place: Place, here: Place, water: Water) -> Place | None:
         """The nearest place with enough room that is open to a boat at `here`, else the one with the most; None where
@@ -59,8 +71,8 @@ class RoomToHold:
         return best
 
     def backs_out(self, nav: NavState, water: Water, fence: FenceGuard, backing: bool) -> bool:
-        """Whether a boat with a rudder that has too little room here goes straight astern, out of it: to turn round it
-        would have to go on. `backing`: it does so already, until it has all the room."""
+        """Whether a boat that goes on as it turns, and has too little room here, goes straight astern out of it.
+        `backing`: it does so already, until it has all the room."""
         here, astern_rad = (nav.north_m, nav.east_m), nav.yaw_rad + math.pi
         has_m = self._gap_m(here, water)
         if not self._backs or has_m >= (self.room_m if backing else self.least_m):

@@ -20,7 +20,8 @@ from tests.unit.obstacles.stubs import Sailing, no_fence
 from tests.unit.obstacles.test_guard import Bridge, motion
 from tests.unit.rudder_boat import SKIFF
 
-OTTER = load(find("otter"))
+OTTER, JET = load(find("otter")), load(find("rescuerunner"))
+OUTBOARD = replace(JET, thrusters=(replace(JET.thrusters[0], kind="azimuth", min_n=-500.0),))
 CIRCLE_M = 6.0
 KEPT_M = 1.0 + 0.9  # half of the skiff's length, and the share of CP_DIST at which it stops
 
@@ -33,9 +34,10 @@ def water(*circles: tuple[float, float, float]) -> Water:
     return Water(np.array(circles, dtype=float).reshape(-1, 3), 4.0, Allowed(None, None, 0.0, 1.0))
 
 
-def test_only_a_boat_that_steers_by_its_way_needs_room() -> None:
-    jet = load(find("rescuerunner"))
-    assert (room().room_m, room(jet).room_m, room(OTTER).room_m) == (CIRCLE_M, CIRCLE_M, 0.0)
+def test_only_a_boat_that_goes_on_as_it_turns_needs_room() -> None:
+    """An outboard was taken for a boat that turns on the spot: launches drifted onto what they had stopped for."""
+    needs = [room(config).room_m for config in (SKIFF, JET, OUTBOARD, OTTER)]
+    assert needs == [CIRCLE_M, CIRCLE_M, CIRCLE_M, 0.0]
     stone = water((3.0, 0.0, 0.5))
     assert room(OTTER).better((0.0, 0.0), (0.0, 0.0), stone) is None
 
@@ -113,3 +115,43 @@ def test_in_hold_a_boat_with_a_rudder_first_backs_out() -> None:
     assert isinstance(out, WrenchSetpoint) and out.wrench.surge_n < 0.0 and out.wrench.yaw_nm == 0.0
     bridge.steer(PathSetpoint(0.0), mode, north_m=-6.0)
     assert mode.held_point == (-6.0, 0.0)
+
+
+def test_an_outboard_backs_out_on_its_heading() -> None:
+    bridge = Bridge((5.0, 0.0, 1.0), config=OUTBOARD)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    out = bridge.steer(PathSetpoint(0.0), Sailing(drifts=True, held_point=(0.0, 0.0)))
+    assert isinstance(out, PathSetpoint) and out.surge_mps < 0.0 and out.yaw_rad == 0.0
+
+
+def test_a_stream_from_astern_carries_it_on_until_its_bow_has_come_round() -> None:
+    rate_radps = math.radians(Parameters(OUTBOARD.parameters)["PATH_YAW_RATE"])
+    assert room(OUTBOARD).carried_m(0.4) >= 0.4 * math.pi / rate_radps
+    assert room(OUTBOARD).carried_m(-0.4) == 0.0, "it comes from ahead"
+    assert room(OTTER).carried_m(0.4) == 0.0
+
+
+def test_where_no_way_leads_on_it_stops_the_sooner_in_a_stream_from_astern() -> None:
+    ring = [(20.0 * math.cos(a), 20.0 * math.sin(a), 1.0) for a in np.linspace(0.0, math.tau, 60, endpoint=False)]
+    speeds = []
+    for stream_mps in (0.0, 0.4):
+        bridge, mode = Bridge(*ring, config=OUTBOARD), Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
+        bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+        nav = {**motion(1.0, 0.0), "current_north_mps": stream_mps, "current_east_mps": 0.0}
+        for _ in range(4):
+            got = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6, **{**nav, "north_m": 8.0})
+        assert isinstance(got, PathSetpoint)
+        speeds.append(got.surge_mps)
+    assert speeds[1] < 0.6 * speeds[0]
+
+
+def test_in_hold_it_is_not_kept_from_its_way_back_by_what_it_is_carried_to() -> None:
+    """A launch that the wind set onto a stone abeam was told to stop, for half a minute, until it lay on the stone."""
+    yaw_rad, mps = 2.3, 0.4
+    carried = {"surge_mps": mps * math.sin(yaw_rad), "sway_mps": mps * math.cos(yaw_rad), "east_mps": mps}
+    back = PathSetpoint(yaw_rad, surge_mps=0.5)
+    for drifts in (True, False):
+        bridge = Bridge((1.0, 5.8, 1.0), config=OUTBOARD)
+        got = bridge.steer(back, Sailing(drifts=drifts), **carried, yaw_rad=yaw_rad)
+        assert isinstance(got, PathSetpoint)
+        assert (got.surge_mps == back.surge_mps) is drifts
