@@ -20,7 +20,7 @@ _MEAN_S = 10.0  # which the turn of the bow must not outrun
 _GAP_S = 1.0
 # How much harder weather pushes on the side than on the bow. Any figure has the bow in the weather in the end. Wind
 # pushes about that much harder, waves and current more. By 1 the bow swung 40° to either side of the weather for good.
-_SIDE = 8.0
+ON_THE_SIDE = 8.0
 
 
 class WeatherForce:
@@ -67,5 +67,5 @@ class WeatherForce:
         gained = momentum[0] - before[0], momentum[1] - before[1]
         self._momentum = momentum
         force = ned_to_body(held[0] - gained[0] / dt_s, held[1] - gained[1] / dt_s, nav.yaw_rad)
-        north, east = body_to_ned(force[0], force[1] / _SIDE, nav.yaw_rad)
+        north, east = body_to_ned(force[0], force[1] / ON_THE_SIDE, nav.yaw_rad)
         self._into = self._into[0] + share * (north - self._into[0]), self._into[1] + share * (east - self._into[1])
