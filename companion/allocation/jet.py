@@ -23,7 +23,6 @@ _LEAST_THRUST_N = 1.0
 # JET_STEER_N suffices for turns in the first time. After it the thrust grows by as much again in each of the second, to
 # at most six times as much: the nozzle may be stuck. Slower, the boat gathers way across the wind before it turns.
 _TURN_S, _MORE_S, _MOST = 3.0, 2.0, 6.0
-_FREE_SHARE = 0.3  # of PATH_YAW_RATE
 
 
 class JetAllocator(SteeredAllocator):
@@ -40,11 +39,9 @@ class JetAllocator(SteeredAllocator):
         self._hull = config.hull
         self._throttle = 0.0
         self._short_s = 0.0
-        self._yaw_radps = self._turned_nm = 0.0
 
     def feel(self, rig: Rig | None, nav: NavState) -> None:
-        """How fast the bow turns: one that turns is not held."""
-        self._yaw_radps = nav.yaw_rate_radps
+        """No effect."""
 
     def neutral(self) -> Allocation:
         """Stop the impeller; the nozzle stays where it is."""
@@ -57,29 +54,19 @@ class JetAllocator(SteeredAllocator):
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         across_n = wrench.yaw_nm / self._thruster.x_m
         stop_rad = self._high_rad if across_n >= 0.0 else -self._low_rad
-        if wrench.yaw_nm * self._turned_nm < 0.0:  # another turn, in which nothing has yet held the bow
-            self._short_s = 0.0
-        self._turned_nm = wrench.yaw_nm
-        turns = math.copysign(1.0, wrench.yaw_nm) * self._yaw_radps > self._unheld_radps
-        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, dt_s, turns)
+        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, dt_s)
         thrust_n = max(math.hypot(max(0.0, wrench.surge_n), across_n) if wrench.surge_n > 0.0 else 0.0, steering_n)
         self._open(self._wanted(thrust_n, surge_mps), dt_s)
         given_n = self._curve.thrust_n(self._throttle, surge_mps)
         if given_n > _LEAST_THRUST_N:
             self._steer(math.asin(min(1.0, max(-1.0, across_n / given_n))), dt_s)
 
-    @property
-    def _unheld_radps(self) -> float:
-        """So fast a bow turns that nothing holds."""
-        return _FREE_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
-
-    def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float, turns: bool) -> float:
+    def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float) -> float:
         """The thrust for steering, of that with which the nozzle at its stop would give the moment. What the water
-        takes at the present speed lets the boat gather no way. `turns`: the bow turns as asked for."""
+        takes at the present speed lets the boat gather no way."""
         usual_n = max(self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps)))
         short = wanted_n > max(usual_n, surge_n)
-        grows = short and not turns
-        self._short_s = max(0.0, self._short_s + (dt_s if grows else 0.0 if short else -dt_s))
+        self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
         return min(wanted_n, usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S))
 

@@ -30,7 +30,6 @@ from companion.params.store import Parameters
 _SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
 _STOPPED_MPS = 0.1
 _COASTS_MPS = 0.2  # more way than asked for: a boat without thrust astern cannot stop now
-_COASTING_SOON_S = 12.0  # the same of a boat that cannot stop
 _LYING_SOON_S = 6.0  # how far it looks for what lies; for what moves, as far as its motion is predicted
 _ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
@@ -38,8 +37,6 @@ _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lie
 _LASTS_M = 0.5  # more than enough, with which it goes on as asked
 _CLOSING_M = 0.1
 _OUT_M = 10.0  # how far it goes at most
-_COASTING_SAME_M = 3.0  # for the last choice of a boat that cannot stop: between two turns it goes straight on
-_COASTING_OUT_M = 25.0  # of a boat that cannot stop, which turns in a wide arc
 _DIRECTION_RAD = math.radians(5.0)
 _BETTER_M, _SAME_M, _SAME_RAD = 0.1, 1.0, math.radians(45.0)
 _COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn by a radian, in metres of water
@@ -48,13 +45,12 @@ _COST_OF_SPEED_S, _COST_OF_TURN_M = 0.1, 0.1  # of speed in m/s, and of a turn b
 @dataclass(frozen=True, slots=True)
 class _Around:
     """What there is to keep off. `lying`: circles (north_m, east_m, radius_m) near the boat. `drifts`: the boat moves
-    about a point that it cannot keep, slowly enough to turn. `soon_s`: how far it looks for what lies."""
+    about a point that it cannot keep, slowly enough to turn."""
 
     movers: Sequence[Contact]
     lying: Floats
     water: Water
     drifts: bool
-    soon_s: float
 
 
 class KeepingOff:
@@ -92,9 +88,7 @@ class KeepingOff:
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
         slow = slow or (self._ways.coasts and nav.surge_mps > asked.surge_mps + _COASTS_MPS)
-        stops = drifts or abs(asked.surge_mps) < _STOPPED_MPS  # else its way may bend before
-        soon_s = _COASTING_SOON_S if self._ways.coasts and stops else _LYING_SOON_S
-        around = _Around(movers, self._near(water, nav), water, drifts, soon_s)
+        around = _Around(movers, self._near(water, nav), water, drifts)
         before, self._taken = self._taken, None
         if not slow or not (len(around.movers) or len(around.lying)):
             return None
@@ -102,7 +96,7 @@ class KeepingOff:
         north, east = self._ways.places(otherwise, nav)
         room_m = min(
             float(self._rooms_of_movers_m(movers, north, east).min()),
-            float(self._room_of_lying_m(around, north, east, before is not None)[0]),
+            float(self._room_of_lying_m(around.lying, north, east, before is not None)[0]),
         )
         if room_m >= (0.0 if before is None else _LASTS_M):
             return None
@@ -144,8 +138,7 @@ class KeepingOff:
             return lying
         north, east = lying[:, 0] - here[0], lying[:, 1] - here[1]
         gaps = np.hypot(north, east) - lying[:, 2] - self._half_m
-        far_m = _COASTING_OUT_M if self._ways.coasts else _OUT_M
-        count = int((gaps < self._stop_m + far_m).sum())
+        count = int((gaps < self._stop_m + _OUT_M).sum())
         nearest = np.argsort(gaps)[:count]
         directions = np.floor(np.arctan2(east[nearest], north[nearest]) / _DIRECTION_RAD)
         near: Floats = lying[nearest[np.unique(directions, return_index=True)[1]]]
@@ -170,8 +163,7 @@ class KeepingOff:
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
         if before is not None:
-            same = (np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)
-            value[same] += _COASTING_SAME_M if self._ways.coasts else _SAME_M
+            value[(np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
         for one in np.argsort(-value):
             if water_m[one] > least_m + _BETTER_M and self._allowed(around, choices, int(one), nav):
                 return float(choices.yaw_rad[one]), float(choices.surge_mps[one])
@@ -220,7 +212,7 @@ class KeepingOff:
         """By how much the water to everything falls short of enough, at most 0, shape (n,). Nearness that lasts counts
         beside the least water: what is too near already is to be left behind soon."""
         movers = np.minimum(0.0, self._rooms_of_movers_m(around.movers, north, east)[:, TIMES_S >= _ACTS_S])
-        lying = self._room_of_lying_m(around, north, east, True)
+        lying = self._room_of_lying_m(around.lying, north, east, True)
         found: Floats = np.minimum(np.minimum(0.0, lying), movers.min(axis=1) + movers.mean(axis=1))
         return found
 
@@ -230,12 +222,12 @@ class KeepingOff:
         gaps: Floats = np.sqrt(off_n * off_n + off_e * off_e) - lying[:, 2] - self._half_m
         return gaps
 
-    def _room_of_lying_m(self, around: _Around, north: Floats, east: Floats, wide: bool) -> Floats:
+    def _room_of_lying_m(self, lying: Floats, north: Floats, east: Floats, wide: bool) -> Floats:
         """By how much the water to what lies, and comes nearer, exceeds what is too little, shape (n,). `wide`: by all
         of the distance at which the boat stops."""
-        lying, soon = around.lying, around.soon_s >= TIMES_S
         if not len(lying):
             return np.full(len(north), math.inf)
+        soon = TIMES_S <= _LYING_SOON_S
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)

@@ -14,7 +14,6 @@ from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.obstacles.occupancy import Floats
-from companion.obstacles.pushed_turn import PushedTurn
 from companion.params.store import Parameters
 
 STEP_S = 0.5
@@ -23,7 +22,6 @@ TIMES_S: Floats = np.arange(0.0, 20.0, STEP_S)
 _SWAY_S = 2.5  # in which sideways motion through the water decays
 _TURN_S, _TURN_SHARE = 0.5, 0.75  # before a turn has begun, and of PATH_YAW_RATE in it
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
-_SLIDES = 2  # steps by which the course of a boat without thrust astern turns later than its bow
 _HEADINGS_RAD = tuple(i * math.tau / 12.0 for i in range(12))
 
 
@@ -53,7 +51,7 @@ class WaysOut:
         self._parameters = parameters
         self._signs = (1.0, -1.0) if can_reverse(config.thrusters) else (1.0,)
         self.coasts = not (can_reverse(config.thrusters) or config.has_sail)
-        self._turn = PushedTurn(config, parameters)
+        self._hull = config.hull
         self._on_the_spot = turns_on_the_spot(config.thrusters)
 
     def choices(self, yaw_rad: float, speeds_mps: Sequence[float], out_m: float, turns: bool) -> Choices:
@@ -67,10 +65,14 @@ class WaysOut:
     def places(self, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
         """Where the boat will be, north and east at `TIMES_S`, shape (n, k): its speed goes to the one asked for, its
         heading too, sideways it goes on with the current."""
-        speed, yaw = self._pushed(choices, nav) if self.coasts else self._steered(choices, nav)
-        way = _summed(0.5 * STEP_S * (speed[:, 1:] + speed[:, :-1]))
-        if not self.coasts:
-            way = np.clip(way, -choices.out_m[:, None], choices.out_m[:, None])
+        times = TIMES_S[None, :]
+        asked, out = choices.surge_mps[:, None], choices.out_m[:, None]
+        lag_s = _LAG / self._parameters["PATH_BW_SURGE"]
+        speed = asked + (nav.surge_mps - asked) * np.exp(-times / lag_s)
+        if self.coasts:  # only the water brakes it
+            speed = np.maximum(speed, self._coasting_mps(nav))
+        way = np.clip(_summed(0.5 * STEP_S * (speed[:, 1:] + speed[:, :-1])), -out, out)
+        yaw = self._yaw_rad(choices, speed, nav)
         steps = np.diff(way)
         middle = 0.5 * (yaw[:, 1:] + yaw[:, :-1])
         side_n, side_e = _drift(nav, yaw)
@@ -79,23 +81,17 @@ class WaysOut:
             nav.east_m + _summed(steps * np.sin(middle)) + side_e,
         )
 
-    def _steered(self, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
-        """Speeds and headings at `TIMES_S`, shape (n, k), of a boat that can push astern, or sails."""
-        asked = choices.surge_mps[:, None]
-        lag_s = _LAG / self._parameters["PATH_BW_SURGE"]
-        speed = asked + (nav.surge_mps - asked) * np.exp(-TIMES_S[None, :] / lag_s)
-        return speed, self._yaw_rad(choices, speed, nav)
-
-    def _pushed(self, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
-        """The same of a boat without thrust astern. Its course turns later than its bow."""
+    def _coasting_mps(self, nav: NavState) -> Floats:
+        """Speed over ground at `TIMES_S` of the hull without thrust, shape (1, k)."""
         stream_mps = 0.0
         if nav.current_north_mps is not None and nav.current_east_mps is not None:
             stream_mps = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
-        limits = math.radians(self._parameters["PATH_YAW_RATE"]), _LAG / self._parameters["PATH_BW_SURGE"]
-        now = nav.surge_mps, stream_mps, nav.yaw_rate_radps
-        speed, turned = self._turn.predicted(choices.turns_rad(nav.yaw_rad), choices.surge_mps, now, limits, TIMES_S)
-        course = np.concatenate((np.repeat(turned[:, :1], _SLIDES, axis=1), turned[:, :-_SLIDES]), axis=1)
-        return speed, nav.yaw_rad + course
+        water_mps, speeds = nav.surge_mps - stream_mps, []
+        for _ in TIMES_S:
+            speeds.append(stream_mps + water_mps)
+            slower = STEP_S * self._hull.drag_n(abs(water_mps)) / self._hull.m11_kg
+            water_mps -= math.copysign(min(abs(water_mps), slower), water_mps)
+        return np.asarray(speeds)[None, :]
 
     def _yaw_rad(self, choices: Choices, speed: Floats, nav: NavState) -> Floats:
         """Headings, shape (n, k). A rudder or a nozzle turns the boat by its way alone."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +13,6 @@ from companion.config.vessel import find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.loop import surge_through_water_mps
 from companion.params.store import Parameters
-from tests.unit.estimates import AT_REST
 
 VESSEL = load(find("rescuerunner"))
 JET = VESSEL.thrusters[0]
@@ -99,22 +97,6 @@ def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
     given_n(14.0, yaw_nm=10.0)
     given_n(60.0, surge_n=3500.0)
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
-
-
-def test_a_bow_that_turns_is_not_held_and_another_turn_begins_anew() -> None:
-    """The moment of a long turn counted as too little all the time: a jet of 4 m turned back at 3 m/s, asked for 0.5."""
-    turning = replace(AT_REST, yaw_rate_radps=math.radians(15.0))
-    for nav, yaw_nm, expected_n in (
-        (turning, 1200.0, 250.0),
-        (replace(turning, yaw_rate_radps=-0.3), 1200.0, 750.0),
-        (AT_REST, -1200.0, 250.0),
-    ):
-        jet = allocator(JET_STEER_N=250.0)
-        for k in range(round(7.0 / DT_S)):
-            jet.feel(None, nav)
-            result = jet.update(Wrench(0.0, 0.0, 1200.0 if k < 100 else yaw_nm), DT_S, 2.0)
-        given_n = math.hypot(result.achieved.surge_n, result.achieved.sway_n)
-        assert given_n == pytest.approx(expected_n, rel=0.02)
 
 
 def test_a_jet_cannot_brake_or_push_sideways() -> None:

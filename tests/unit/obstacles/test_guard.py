@@ -251,9 +251,9 @@ def test_in_hold_a_boat_that_cannot_keep_its_point_keeps_off_what_lies_in_its_wa
 
 def test_without_thrust_astern_and_without_a_way_a_boat_coasts() -> None:
     """Thrust that turns it along its old way would speed it up, and it could not stop."""
-    ring = [(32.0 + 8.0 * math.cos(a), 8.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]
+    ring = [(24.0 + 8.0 * math.cos(a), 8.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]
     bridge = Bridge(*ring, config=JET)
-    mode = Sailing([(0.0, 0.0), (32.0, 0.0)], goes_round=True)
+    mode = Sailing([(0.0, 0.0), (24.0, 0.0)], goes_round=True)
     asked = PathSetpoint(0.3, surge_mps=2.0)
     got = [bridge.steer(asked, mode, **motion(2.0, 0.0)) for _ in range(6)]
     assert isinstance(got[0], PathSetpoint) and 0.0 < got[0].surge_mps < 2.0, "a way may still be found"

@@ -18,7 +18,6 @@ from companion.core.setpoint import PathSetpoint
 from companion.guidance.coasting import Coasting
 from companion.obstacles.braking import Braking
 from companion.obstacles.keeping_off import KeepingOff
-from companion.obstacles.pushed_turn import PushedTurn
 from companion.obstacles.ways_out import Choices, WaysOut
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
@@ -96,28 +95,3 @@ def test_a_boat_without_thrust_astern_is_expected_to_go_as_far_as_it_coasts() ->
     assert north[0, -1] == pytest.approx(Coasting(JET.hull, 5.0).way_m(1.5), rel=0.15)
     north, _ = WaysOut(OTTER, Parameters(OTTER.parameters)).places(stops, nav)
     assert north[0, -1] < 4.0, "an Otter reverses"
-
-
-def test_a_jet_whose_hull_resists_a_turn_is_expected_to_turn_in_a_wide_arc() -> None:
-    """A jet of 4 m was expected to turn back within 3 m, and took 20."""
-    damping = JET.hull.damping
-    stiff_hull = replace(JET.hull, damping=replace(damping, n_r=6.0 * damping.n_r, n_ur=6.0 * damping.n_ur))
-    back = Choices(np.array([math.pi - 0.1]), np.array([0.5]), np.full(1, math.inf))
-    nav = replace(AT_REST, surge_mps=1.0, north_mps=1.0)
-    stiff_m, agile_m = (
-        float(np.ptp(WaysOut(config, Parameters(JET.parameters)).places(back, nav)[1]))
-        for config in (replace(JET, hull=stiff_hull), JET)
-    )
-    assert agile_m < 10.0
-    assert stiff_m > 1.5 * agile_m
-
-
-def test_what_turns_a_jet_speeds_it_up_and_nothing_brakes_it_after() -> None:
-    parameters, times = Parameters(JET.parameters), np.arange(0.0, 20.0, 0.5)
-    turn = PushedTurn(JET, parameters)
-    speeds, turned = turn.predicted(
-        np.array([3.0, 0.0]), np.full(2, 0.5), (1.0, 0.0, 0.0), (math.radians(30.0), 2.0), times
-    )
-    assert turned[0, -1] == pytest.approx(3.0, abs=0.3) and np.abs(turned[1]).max() < 0.01
-    assert speeds[0].max() > 1.5, "asked for 0.5 m/s"
-    assert speeds[1, 6] > 0.6 and speeds[1, -1] == pytest.approx(0.5, abs=0.01), "it coasts to the speed asked for"
