@@ -20,7 +20,7 @@ _MEAN_S = 10.0  # which the turn of the bow must not outrun
 _GAP_S = 1.0
 # How much harder weather pushes on the side than on the bow. Any figure has the bow in the weather in the end. Wind
 # pushes about that much harder, waves and current more. By 1 the bow swung 40° to either side of the weather for good.
-_SIDE = 8.0
+_SIDE = 3.0
 
 
 class WeatherForce:
