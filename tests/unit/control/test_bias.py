@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -26,7 +27,7 @@ def learnt() -> BiasForce:
 def test_what_pushed_the_side_does_not_push_the_bow_as_hard() -> None:
     """ÅBOAT was driven 4 m past its point, against the wind, by what it had learnt beam on."""
     bias = learnt()
-    for before, now in zip(TURN, TURN[1:], strict=False):
+    for before, now in pairwise(TURN):
         bias.turn(before, now)
     x, y, _ = bias.in_body(TURN[-1])
     assert (x, y) == pytest.approx((5.0, 0.0), abs=0.3)
@@ -36,5 +37,7 @@ def test_what_pushed_the_side_does_not_push_the_bow_as_hard() -> None:
 def test_only_a_bow_that_turns_to_the_weather_is_told_of(bow_on: bool, ahead_n: float) -> None:
     law, bias = DynamicPositioning(REVOLT, Parameters({**REVOLT.parameters, "DP_INTEGRAL": 0.0})), learnt()
     for yaw_rad in TURN:
-        law.update(PoseSetpoint(0.0, 0.0, yaw_rad).within(0.0, bow_on), replace(nav_state(), yaw_rad=yaw_rad), bias, 0.1)
+        law.update(
+            PoseSetpoint(0.0, 0.0, yaw_rad).within(0.0, bow_on), replace(nav_state(), yaw_rad=yaw_rad), bias, 0.1
+        )
     assert bias.in_body(TURN[-1])[0] == pytest.approx(ahead_n, abs=0.3)

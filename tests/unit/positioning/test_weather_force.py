@@ -49,7 +49,9 @@ def test_a_turn_of_the_bow_to_waves_does_not_move_their_direction() -> None:
     for tick in range(900):
         yaw_rad = min(math.radians(90.0), math.radians(3.0) * max(0.0, tick * DT_S - 15.0))
         ahead, across = ned_to_body(0.0, 1.0, yaw_rad)  # from the east
-        force.see(replace(AT_REST, t_s=tick * DT_S, yaw_rad=yaw_rad), Wrench(2.0 * ahead, 2.0 * _SIDE * across, 0.0), DT_S)
+        force.see(
+            replace(AT_REST, t_s=tick * DT_S, yaw_rad=yaw_rad), Wrench(2.0 * ahead, 2.0 * _SIDE * across, 0.0), DT_S
+        )
         if force.into is not None:
             off_deg.append(abs(math.degrees(math.atan2(force.into[1], force.into[0])) - 90.0))
     assert max(off_deg) < 1.0
