@@ -18,9 +18,10 @@ from companion.core.frames import body_to_ned, ned_to_body
 
 _MEAN_S = 10.0  # which the turn of the bow must not outrun
 _GAP_S = 1.0
-# How much harder weather pushes on the side than on the bow. Any figure has the bow in the weather in the end. Wind
-# pushes about that much harder, waves and current more. By 1 the bow swung 40° to either side of the weather for good.
-ON_THE_SIDE = 8.0
+# How much harder weather pushes on the side than on the bow: wind about so much, waves more, wind and current together
+# may less. Any figure has the bow in the weather in the end. With 1 the bow swung 40° to either side of waves for good;
+# with 8 ReVolt came round so slowly that wind and current carried it 5 m off meanwhile.
+ON_THE_SIDE = 3.0
 
 
 class WeatherForce:

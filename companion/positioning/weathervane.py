@@ -6,8 +6,8 @@ towards that force, which is known by the thrust itself: neither anemometer nor 
 
 A boat that is driven off its point with all its sideways thrust, or whose thrusters give less than half of what it asks
 sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much. The bow
-then turns to the force that wind and current take at rest; after a failure, to the force that the boat asks for, which
-leads it back to its point.
+then turns to where the weather comes from, by the force that it takes at rest; after a failure, to the force that the
+boat asks for, which leads it back to its point.
 """
 
 from __future__ import annotations
@@ -146,7 +146,8 @@ class Weathervane:
         if not self._is_mean_known(inputs):
             return None
         off_rad = self._off_rad(inputs.nav.yaw_rad)
-        begin_rad, end_rad = (_DRIVEN_BEGIN_RAD, _DRIVEN_END_RAD) if self._driven else (_BEGIN_RAD, _END_RAD)
+        by_weather = self._driven and not self._lacked
+        begin_rad, end_rad = (_DRIVEN_BEGIN_RAD, _DRIVEN_END_RAD) if by_weather else (_BEGIN_RAD, _END_RAD)
         self._turning = abs(off_rad) > (end_rad if self._turning else begin_rad)
         if not self._turning:
             return None

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -27,7 +27,7 @@ def learnt() -> BiasForce:
 def test_what_pushed_the_side_does_not_push_the_bow_as_hard() -> None:
     """ÅBOAT was driven 4 m past its point, against the wind, by what it had learnt beam on."""
     bias = learnt()
-    for before, now in itertools.pairwise(TURN):
+    for before, now in pairwise(TURN):
         bias.turn(before, now)
     x, y, _ = bias.in_body(TURN[-1])
     assert (x, y) == pytest.approx((5.0, 0.0), abs=0.3)
