@@ -65,7 +65,7 @@ class PoseSetpoint:
     circle_m: float = 0.0
     bow_on: bool = False
 
-    def within(self, circle_m: float, bow_on: bool = False) -> PoseSetpoint:
+    def within(self, circle_m: float, bow_on: bool) -> PoseSetpoint:
         """With another `circle_m` and `bow_on`. As `dataclasses.replace`, which takes much for each tick."""
         return PoseSetpoint(
             self.north_m,

@@ -47,7 +47,7 @@ def test_values_renewed_in_each_tick_keep_all_other_fields() -> None:
         assert inputs.renewed({field.name: None}) == replace(inputs, **{field.name: None})
     lamps = actuation.Beacon()
     assert command.lit(lamps) == replace(command, beacon=lamps)
-    assert pose.within(2.0) == replace(pose, circle_m=2.0)
+    assert pose.within(2.0, True) == replace(pose, circle_m=2.0, bow_on=True)
 
 
 def test_enumerations_that_are_keys_are_hashed_without_python_code() -> None:
