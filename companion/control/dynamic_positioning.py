@@ -39,7 +39,6 @@ class DynamicPositioning:
         self._parameters = parameters
         self._economy = Economy(config)
         self._current = SteadyCurrent(config.hull)
-        self._bow_rad: float | None = None  # in the last cycle, while it turns to the weather
         self.restart()
 
     @property
@@ -116,7 +115,7 @@ class DynamicPositioning:
 
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
-        self._bow_rad = None
+        self._bow_rad: float | None = None
         self._feedback: tuple[float, float, float] | None = None
         self._economy.restart()
         self._current.restart()
