@@ -107,12 +107,6 @@ class DynamicPositioning:
         _, _, planned_nm = coriolis(self._hull, u, v, 0.0)
         return Wrench(slow.surge_n, slow.sway_n, slow.yaw_nm + weight * (actual_nm - planned_nm - slow.yaw_nm))
 
-    def _see_turn(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce) -> None:
-        """Tell the bias that the bow has turned to the weather."""
-        if setpoint.bow_on and self._bow_rad is not None:
-            bias.turn(self._bow_rad, nav.yaw_rad)
-        self._bow_rad = nav.yaw_rad if setpoint.bow_on else None
-
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
         self._bow_rad: float | None = None
@@ -120,6 +114,12 @@ class DynamicPositioning:
         self._economy.restart()
         self._current.restart()
         self._firmness = WHOLE
+
+    def _see_turn(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce) -> None:
+        """Tell the bias that the bow has turned to the weather."""
+        if setpoint.bow_on and self._bow_rad is not None:
+            bias.turn(self._bow_rad, nav.yaw_rad)
+        self._bow_rad = nav.yaw_rad if setpoint.bow_on else None
 
     def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:
         """The feedback, low-pass filtered: thrusters should not answer the noise of the estimate. A softer law is

@@ -21,7 +21,7 @@ _GAP_S = 1.0
 # How much harder weather pushes on the side than on the bow: wind about so much, waves more, wind and current together
 # may less. Any figure has the bow in the weather in the end. With 1 the bow swung 40° to either side of waves for good;
 # with 8 ReVolt came round so slowly that wind and current carried it 5 m off meanwhile.
-_SIDE = 3.0
+ON_THE_SIDE = 3.0
 
 
 class WeatherForce:
@@ -68,5 +68,5 @@ class WeatherForce:
         gained = momentum[0] - before[0], momentum[1] - before[1]
         self._momentum = momentum
         force = ned_to_body(held[0] - gained[0] / dt_s, held[1] - gained[1] / dt_s, nav.yaw_rad)
-        north, east = body_to_ned(force[0], force[1] / _SIDE, nav.yaw_rad)
+        north, east = body_to_ned(force[0], force[1] / ON_THE_SIDE, nav.yaw_rad)
         self._into = self._into[0] + share * (north - self._into[0]), self._into[1] + share * (east - self._into[1])

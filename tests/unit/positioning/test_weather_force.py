@@ -11,7 +11,7 @@ from companion.config.vessel import find, load
 from companion.control.model import damping
 from companion.core.actuation import Wrench
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.positioning.weather_force import _SIDE, WeatherForce
+from companion.positioning.weather_force import ON_THE_SIDE, WeatherForce
 from tests.unit.estimates import AT_REST
 
 HULL = load(find("revolt")).hull
@@ -39,7 +39,7 @@ def test_a_boat_that_is_driven_off_knows_the_force_that_would_hold_it(yaw_rad: f
     rest_x, rest_y, _ = damping(HULL, -x, -y, 0.0)
     assert force.into is not None
     told_x, told_y = ned_to_body(*force.into, yaw_rad)
-    assert (told_x, _SIDE * told_y) == pytest.approx((rest_x - wind_x, rest_y - wind_y), abs=1.0)
+    assert (told_x, ON_THE_SIDE * told_y) == pytest.approx((rest_x - wind_x, rest_y - wind_y), abs=1.0)
 
 
 def test_a_turn_of_the_bow_to_waves_does_not_move_their_direction() -> None:
@@ -50,7 +50,9 @@ def test_a_turn_of_the_bow_to_waves_does_not_move_their_direction() -> None:
         yaw_rad = min(math.radians(90.0), math.radians(3.0) * max(0.0, tick * DT_S - 15.0))
         ahead, across = ned_to_body(0.0, 1.0, yaw_rad)  # from the east
         force.see(
-            replace(AT_REST, t_s=tick * DT_S, yaw_rad=yaw_rad), Wrench(2.0 * ahead, 2.0 * _SIDE * across, 0.0), DT_S
+            replace(AT_REST, t_s=tick * DT_S, yaw_rad=yaw_rad),
+            Wrench(2.0 * ahead, 2.0 * ON_THE_SIDE * across, 0.0),
+            DT_S,
         )
         if force.into is not None:
             off_deg.append(abs(math.degrees(math.atan2(force.into[1], force.into[0])) - 90.0))
@@ -61,6 +63,6 @@ def test_after_a_gap_the_mean_begins_anew() -> None:
     force = WeatherForce(HULL)
     for tick in range(100):
         force.see(replace(AT_REST, t_s=tick * DT_S), Wrench(0.0, 20.0, 0.0), DT_S)
-    assert force.into is not None and math.hypot(*force.into) == pytest.approx(20.0 / _SIDE)
+    assert force.into is not None and math.hypot(*force.into) == pytest.approx(20.0 / ON_THE_SIDE)
     force.see(replace(AT_REST, t_s=100.0, sway_mps=1.0), Wrench(0.0, 0.0, 0.0), DT_S)
     assert force.into is None
