@@ -89,9 +89,9 @@ class PoseKeeper:
     def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
-        begun = self._led(fitted or nav)
+        begun = fitted or nav
         self._hurries = fitted is not None
-        self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(begun, self._parameters)
+        self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(self._led(begun), self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
         self._braking = nav if self._is_fast(nav) and (by_fence is None or self._hurries) else None
