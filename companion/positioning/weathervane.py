@@ -43,7 +43,7 @@ class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
     east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their
     sign, the force of the weather, whether the boat is driven off, whether it lacks thrust, with which thrusters failed
-    and from which heading, when it was last outside its watch circle, and what was announced."""
+    and from which heading, when it was last outside its watch circle, until when it turns back to that, and what was announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -54,7 +54,7 @@ class Weathervane:
         self._given = False
         self._weather = WeatherForce(config.hull)
         self._announced = self._driven = self._lacked = False
-        self._out_s = -math.inf
+        self._out_s = self._turns_back_s = -math.inf
         self._sideways_n = self._missing_n = 0.0
         self._asked = 0.0, 0.0
         self._without: frozenset[int] = frozenset()
@@ -108,7 +108,7 @@ class Weathervane:
             self._out_s = inputs.now_s
         if self._driven:
             self._see_thrusters(inputs)
-        elif self._lacks and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
+        elif self._lacks and inputs.now_s > self._turns_back_s and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
             self._give_up(inputs, "too little sway thrust: bow to weather", True)
         elif (alarmed or (left and _leaves(inputs.nav, place))) and (
             self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
@@ -139,9 +139,13 @@ class Weathervane:
         self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", f"{self._mode}: {why}")
 
     def _see_thrusters(self, inputs: ModeInputs) -> None:
-        """With the thrusters that it lacked the boat takes its heading back."""
+        """With the thrusters that it lacked the boat takes its heading back. They are needed for the turn, and turn
+        themselves: until that is over, what they do not give sideways tells nothing."""
         if self._without and not inputs.failed:
             self._driven, self._taken_back = False, True
+            turn_rad = 0.0 if self._kept_rad is None else abs(wrap_pi(self._kept_rad - inputs.nav.yaw_rad))
+            turn_s = turn_rad / math.radians(self._parameters["DP_YAW_RATE"])
+            self._turns_back_s = inputs.now_s + turn_s + _DRIVEN_MEAN_S
             self._sideways_n = self._missing_n = 0.0
             text = f"{self._mode}: all thrusters work: heading taken back"
             self._events.say(inputs.now_s, TextKind.ROUTINE, "heading_taken_back", text)
