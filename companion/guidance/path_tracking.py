@@ -261,7 +261,7 @@ class PathTracker:
             setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed
-            self._round_up(nav, here)
+            self._round_up(nav, here, dt_s)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
             ahead = track.at(self._s + self._preview_m(nav))
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
@@ -381,11 +381,11 @@ class PathTracker:
         left_m = max(0.0, self._waypoint_s_m[-1] - self._s - _PREVIEW_S * self._speed)
         return math.sqrt(2.0 * self._parameters["PATH_ACC"] * left_m)
 
-    def _round_up(self, nav: NavState, here: PathPoint) -> None:
+    def _round_up(self, nav: NavState, here: PathPoint, dt_s: float) -> None:
         """See whether the boat is so near the end that it turns its bow into the stream."""
         if self._can_sway or not self._stop_at_end or self._passed < len(self._waypoints) - 1:
             return
-        self._up.update(nav, self._crab.water(nav), here.course_rad, self._waypoint_s_m[-1] - self._s)
+        self._up.update(nav, self._crab.water(nav), here.course_rad, self._waypoint_s_m[-1] - self._s, dt_s)
 
     def _next_speed(self, track: Track, speed_mps: float, dt_s: float, least_mps: float) -> float:
         """`least_mps`: no bend slows the boat below it."""
