@@ -1,7 +1,7 @@
 """Ahead of the end of its way, a boat without sideways thrust turns its bow into a stream that would carry it past.
 
 What comes to rest must at last lie bow to the weather. A boat that turns only once it is there is carried on meanwhile:
-over the place, and over a fence behind it. Where wind holds it against the stream, so that it is not carried to the end,
+over the place, and over a fence behind it. Where wind holds it against the stream, and nothing carries it to the end,
 it sails there bow first after all.
 """
 
@@ -55,9 +55,7 @@ class RoundingUp:
         """Another way begins."""
         self._lasts = self._held = False
 
-    def update(
-        self, nav: NavState, water: tuple[float, float], course_rad: float, left_m: float, dt_s: float
-    ) -> None:
+    def update(self, nav: NavState, water: tuple[float, float], course_rad: float, left_m: float, dt_s: float) -> None:
         """`water`: velocity (north, east) of the stream. `left_m`: along the track to the end."""
         c, s = math.cos(course_rad), math.sin(course_rad)
         self._stream_mps = water[0] * c + water[1] * s

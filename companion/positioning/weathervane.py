@@ -43,7 +43,8 @@ class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
     east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their
     sign, the force of the weather, whether the boat is driven off, whether it lacks thrust, with which thrusters failed
-    and from which heading, when it was last outside its watch circle, until when it turns back to that, and what was announced."""
+    and from which heading, until when it turns back to that, when it was last outside its watch circle, and what was
+    announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -108,7 +109,7 @@ class Weathervane:
             self._out_s = inputs.now_s
         if self._driven:
             self._see_thrusters(inputs)
-        elif self._lacks and inputs.now_s > self._turns_back_s and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
+        elif self._lacks(inputs.now_s) and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
             self._give_up(inputs, "too little sway thrust: bow to weather", True)
         elif (alarmed or (left and _leaves(inputs.nav, place))) and (
             self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
@@ -120,9 +121,10 @@ class Weathervane:
         off_m = math.dist((inputs.nav.north_m, inputs.nav.east_m), reference)
         self.see(inputs, reference, off_m > self._parameters["DP_WATCH_R"], False)
 
-    @property
-    def _lacks(self) -> bool:
-        """Whether the thrusters give far less sideways than is asked."""
+    def _lacks(self, now_s: float) -> bool:
+        """Whether the thrusters give far less sideways than is asked; not known while the heading is taken back."""
+        if now_s <= self._turns_back_s:
+            return False
         return self._missing_n > max(_MISSING_SHARE * self._sideways_n, _MISSING_LEAST * self._sway_n) > 0.0
 
     def _will_leave(self, nav: NavState, place: tuple[float, float]) -> bool:

@@ -70,7 +70,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     """How far a burst moves the estimate, and how soon it follows the step."""
     errors = estimate_errors(folder)
     _, _, from_s, to_s = asked["bursts"][-1]
-    still_m = _quiet(errors, asked["quiet_s"], to_s - from_s, asked["quiet_windows"])
+    still_m = moved_by_itself_m(errors, asked["quiet_s"], to_s - from_s, asked["quiet_windows"])
     moved = {
         (distance, count): _moved([e for e in errors if from_s <= e.t_s <= to_s])
         for distance, count, from_s, to_s in asked["bursts"]
@@ -81,7 +81,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "worst_burst_m": float(worst[0]),
         "worst_burst_count": float(worst[1]),
         "moved_by_itself_m": still_m,
-        "step_accepted_s": _accepted(errors, asked, still_m),
+        "step_accepted_s": followed_s(errors, asked, still_m),
     }
     checks = (
         Check("estimate moved by any burst", metrics["moved_max_m"], max(_MOVED_M, _BY_ITSELF * still_m), "m"),
@@ -96,17 +96,18 @@ def _moved(errors: Sequence[EstimateError]) -> float:
     return max(math.hypot(error.north_m - before.north_m, error.east_m - before.east_m) for error in errors)
 
 
-def _quiet(errors: Sequence[EstimateError], begin_s: float, window_s: float, windows: int) -> float:
+def moved_by_itself_m(errors: Sequence[EstimateError], begin_s: float, window_s: float, windows: int) -> float:
     """The largest distance that the receiver's slow error moves the estimate by in windows as long as that of a
     burst. Two windows would not tell it: where a receiver wanders, it grows with their number."""
     begins = [begin_s + window_s * k / _QUIET_STARTS for k in range(_QUIET_STARTS * (windows - 1) + 1)]
     return max(_moved([e for e in errors if from_s <= e.t_s <= from_s + window_s]) for from_s in begins)
 
 
-def _accepted(errors: Sequence[EstimateError], asked: dict[str, Any], still_m: float) -> float:
+def followed_s(errors: Sequence[EstimateError], asked: dict[str, Any], still_m: float) -> float:
     """Time until the estimate is where the receiver now says, but for what it moves by itself; infinite for never. A
     boat that has learnt of the receiver's slow error before gives that up, too: it restarts at the receiver's place."""
-    step_s, step_m, (north_m, east_m) = asked["step_s"], asked["step_m"], asked["wander_m"]
+    step_s: float = asked["step_s"]
+    step_m, (north_m, east_m) = asked["step_m"], asked["wander_m"]
     north_m, east_m = north_m + _NORTH_EAST * step_m, east_m + _NORTH_EAST * step_m
     near_m = (1.0 - _ACCEPTED_SHARE) * step_m + still_m
     for error in errors:
