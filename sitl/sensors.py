@@ -137,6 +137,7 @@ class GnssModel:
         }
         self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, HEADING_TAU_S)
         self._samples = 0
+        self.slow_m = 0.0, 0.0  # its newest slow error, north and east
 
     def antenna(self, hull: Hull, waves: Waves) -> tuple[float, float]:
         """North and east of home, m, where the antenna truly is."""
@@ -162,6 +163,7 @@ class GnssModel:
                 self._own_share * own + other
                 for own, other in zip((slow_north, slow_east, slow_up), shared, strict=True)
             )
+        self.slow_m = slow_north, slow_east
         north_m = hull.north_m + c * x - s * y + slow_north + rng.gauss(0.0, now.white_m)
         east_m = hull.east_m + s * x + c * y + slow_east + rng.gauss(0.0, now.white_m)
         altitude_m = (

@@ -66,6 +66,8 @@ _WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its b
 # From there on a boat whose bow points back to the track waits no longer for the rest of the turn: what carries it off
 # would go on, and the heading back to the track turn on before its bow. (Off the track, times the sine of that angle.)
 _BACK_M = 0.5
+# At rest for so long, inside the last waypoint's radius, a boat has arrived, however fast it should still sail.
+_RESTS_S = 10.0
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
 
@@ -93,8 +95,8 @@ class PathTracker:
     `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed
     through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. `submit`: makes plans
     beside the control thread. `turning`: how a boat without sideways thrust turns. Remembers the track, the arc length
-    reached (which never decreases), the waypoints passed, the integral of the line of sight, the drift, and the last
-    setpoint's speed and heading.
+    reached (which never decreases), the waypoints passed, for how long it rests at the end, the integral of the line
+    of sight, the drift, and the last setpoint's speed and heading.
     """
 
     def __init__(
@@ -125,6 +127,7 @@ class PathTracker:
         self._finished = False
         self._s = self._integral = self._speed = 0.0
         self._tip_end = 0.0  # arc length at which the last turn back ends
+        self._rests_s = 0.0  # at the end, without way
         self._surge = 0.0  # of the last setpoint
         self._yaw: float | None = None  # of the last setpoint
 
@@ -209,7 +212,7 @@ class PathTracker:
         if self._motion is not None:
             self._motion.take(laid)
         self._up.reset()
-        self._tip_end = 0.0
+        self._tip_end = self._rests_s = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
         """Sail a track from the boat's motion, nothing of what was learned before counts."""
@@ -261,12 +264,12 @@ class PathTracker:
             setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed
-            self._round_up(nav, here)
+            self._round_up(nav, here, dt_s)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
             ahead = track.at(self._s + self._preview_m(nav))
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
-        self._finished = self._finished or self._at_end(nav, track)
+        self._finished = self._finished or self._at_end(nav, track, dt_s)
         beside = track.at(nearest)
         way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
         return PathProgress(setpoint, self._passed, self._finished, self._s, remaining, way)
@@ -345,13 +348,15 @@ class PathTracker:
             end.course_rad
         ) >= 0.0
 
-    def _at_end(self, nav: NavState, track: Track) -> bool:
+    def _at_end(self, nav: NavState, track: Track, dt_s: float) -> bool:
         if self._passed < len(self._waypoints):
             return False
         if not self._stop_at_end:
             return True
         slow = math.hypot(nav.north_mps, nav.east_mps) <= 2.0 * self._creep_mps()
-        return (slow and self._speed <= 2.0 * self._creep_mps()) or self._past_last_waypoint(nav, track)
+        self._rests_s = self._rests_s + dt_s if slow else 0.0
+        stopped = slow and self._speed <= 2.0 * self._creep_mps()
+        return stopped or self._rests_s > _RESTS_S or self._past_last_waypoint(nav, track)
 
     def _past_last_waypoint(self, nav: NavState, track: Track) -> bool:
         return self._s >= self._waypoint_s_m[-1] - 1.0e-6 and self._past_end(nav, track)
@@ -381,11 +386,11 @@ class PathTracker:
         left_m = max(0.0, self._waypoint_s_m[-1] - self._s - _PREVIEW_S * self._speed)
         return math.sqrt(2.0 * self._parameters["PATH_ACC"] * left_m)
 
-    def _round_up(self, nav: NavState, here: PathPoint) -> None:
+    def _round_up(self, nav: NavState, here: PathPoint, dt_s: float) -> None:
         """See whether the boat is so near the end that it turns its bow into the stream."""
         if self._can_sway or not self._stop_at_end or self._passed < len(self._waypoints) - 1:
             return
-        self._up.update(nav, self._crab.water(nav), here.course_rad, self._waypoint_s_m[-1] - self._s)
+        self._up.update(nav, self._crab.water(nav), here.course_rad, self._waypoint_s_m[-1] - self._s, dt_s)
 
     def _next_speed(self, track: Track, speed_mps: float, dt_s: float, least_mps: float) -> float:
         """`least_mps`: no bend slows the boat below it."""

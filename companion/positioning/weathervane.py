@@ -7,7 +7,8 @@ towards that force, which is known by the thrust itself: neither anemometer nor 
 A boat that is driven off its point with all its sideways thrust, or whose thrusters give less than half of what it asks
 sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much. The bow
 then turns to where the weather comes from, by the force that it takes at rest; after a failure, to the force that the
-boat asks for, which leads it back to its point.
+boat asks for, which leads it back to its point. A boat that knows of a failed thruster does not wait until it has
+drifted out of its watch circle, where it would leave that during the turn.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import math
 
 from companion.config.vessel import VesselConfig
+from companion.core.actuation import Wrench
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
 from companion.core.estimate import NavState, without_waves
@@ -41,7 +43,8 @@ class Weathervane:
     """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force (north,
     east), whether the bow turns, the means of the sideways demand and of what is missing of it, both without their
     sign, the force of the weather, whether the boat is driven off, whether it lacks thrust, with which thrusters failed
-    and from which heading, when it was last outside its watch circle, and what was announced."""
+    and from which heading, until when it turns back to that, when it was last outside its watch circle, and what was
+    announced."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
         """`mode`: the one that holds, for the texts."""
@@ -52,8 +55,9 @@ class Weathervane:
         self._given = False
         self._weather = WeatherForce(config.hull)
         self._announced = self._driven = self._lacked = False
-        self._out_s = -math.inf
+        self._out_s = self._turns_back_s = -math.inf
         self._sideways_n = self._missing_n = 0.0
+        self._asked = 0.0, 0.0
         self._without: frozenset[int] = frozenset()
         self._kept_rad: float | None = None
         self._taken_back = False
@@ -100,11 +104,12 @@ class Weathervane:
         given_n = math.copysign(inputs.achieved.sway_n, inputs.achieved.sway_n * inputs.demanded.sway_n)
         self._sideways_n += share * (asked_n - self._sideways_n)
         self._missing_n += share * (max(0.0, asked_n - given_n) - self._missing_n)
+        self._asked = _nearer(self._asked, inputs.demanded, inputs.nav.yaw_rad, share)
         if left:
             self._out_s = inputs.now_s
         if self._driven:
             self._see_thrusters(inputs)
-        elif left and self._lacks:
+        elif self._lacks(inputs.now_s) and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
             self._give_up(inputs, "too little sway thrust: bow to weather", True)
         elif (alarmed or (left and _leaves(inputs.nav, place))) and (
             self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
@@ -116,20 +121,33 @@ class Weathervane:
         off_m = math.dist((inputs.nav.north_m, inputs.nav.east_m), reference)
         self.see(inputs, reference, off_m > self._parameters["DP_WATCH_R"], False)
 
-    @property
-    def _lacks(self) -> bool:
-        """Whether the thrusters give far less sideways than is asked."""
+    def _lacks(self, now_s: float) -> bool:
+        """Whether the thrusters give far less sideways than is asked; not known while the heading is taken back."""
+        if now_s <= self._turns_back_s:
+            return False
         return self._missing_n > max(_MISSING_SHARE * self._sideways_n, _MISSING_LEAST * self._sway_n) > 0.0
+
+    def _will_leave(self, nav: NavState, place: tuple[float, float]) -> bool:
+        """Whether the boat drifts out of its watch circle before its bow can come round by a right angle."""
+        turn_s = 0.5 * math.pi / math.radians(self._parameters["DP_YAW_RATE"])
+        off_m = math.dist((nav.north_m, nav.east_m), place)
+        return off_m + turn_s * _leaving_mps(nav, place) > self._parameters["DP_WATCH_R"]
 
     def _give_up(self, inputs: ModeInputs, why: str, lacked: bool) -> None:
         self._driven, self._lacked, self._out_s, self._without = True, lacked, inputs.now_s, inputs.failed
         self.restart()
+        if lacked and inputs.failed:  # what it asks for has been known since before
+            self._mean, self._taken_s = self._asked, _DRIVEN_MEAN_S
         self._events.say(inputs.now_s, TextKind.ALARM, "driven_off", f"{self._mode}: {why}")
 
     def _see_thrusters(self, inputs: ModeInputs) -> None:
-        """With the thrusters that it lacked the boat takes its heading back."""
+        """With the thrusters that it lacked the boat takes its heading back. They are needed for the turn, and turn
+        themselves: until that is over, what they do not give sideways tells nothing."""
         if self._without and not inputs.failed:
             self._driven, self._taken_back = False, True
+            turn_rad = 0.0 if self._kept_rad is None else abs(wrap_pi(self._kept_rad - inputs.nav.yaw_rad))
+            turn_s = turn_rad / math.radians(self._parameters["DP_YAW_RATE"])
+            self._turns_back_s = inputs.now_s + turn_s + _DRIVEN_MEAN_S
             self._sideways_n = self._missing_n = 0.0
             text = f"{self._mode}: all thrusters work: heading taken back"
             self._events.say(inputs.now_s, TextKind.ROUTINE, "heading_taken_back", text)
@@ -190,8 +208,7 @@ class Weathervane:
         mean_s = _DRIVEN_MEAN_S if self._driven else _MEAN_S
         share = inputs.dt_s / min(mean_s, max(self._taken_s, inputs.dt_s)) if inputs.dt_s > 0.0 else 0.0
         force = inputs.demanded if self._driven else inputs.achieved  # driven off, the thrusters do not give it
-        north, east = body_to_ned(force.surge_n, force.sway_n, inputs.nav.yaw_rad)
-        self._mean = self._mean[0] + share * (north - self._mean[0]), self._mean[1] + share * (east - self._mean[1])
+        self._mean = _nearer(self._mean, force, inputs.nav.yaw_rad, share)
 
     def _off_rad(self, yaw_rad: float) -> float:
         """Direction of the mean force from the bow; 0 in calm."""
@@ -201,8 +218,20 @@ class Weathervane:
         return math.atan2(y, x)
 
 
+def _nearer(mean: tuple[float, float], force: Wrench, yaw_rad: float, share: float) -> tuple[float, float]:
+    """A mean force (north, east), by that share nearer to another one."""
+    north, east = body_to_ned(force.surge_n, force.sway_n, yaw_rad)
+    return mean[0] + share * (north - mean[0]), mean[1] + share * (east - mean[1])
+
+
 def _leaves(nav: NavState, place: tuple[float, float]) -> bool:
     """Whether the boat moves away from the place."""
+    return _leaving_mps(nav, place) > _LEAVES_MPS
+
+
+def _leaving_mps(nav: NavState, place: tuple[float, float]) -> float:
+    """Speed away from the place; 0 at it."""
     nav = without_waves(nav)
     north_m, east_m = nav.north_m - place[0], nav.east_m - place[1]
-    return nav.north_mps * north_m + nav.east_mps * east_m > _LEAVES_MPS * math.hypot(north_m, east_m)
+    off_m = math.hypot(north_m, east_m)
+    return (nav.north_mps * north_m + nav.east_mps * east_m) / off_m if off_m > 0.0 else 0.0

@@ -35,6 +35,11 @@ class GnssEmulator:
         self.relative = RelativeReceiver(around.seed, config.name) if config.moving_base else None
         self._date_of: tuple[int, str] = (-1, "")
 
+    @property
+    def slow_m(self) -> tuple[float, float]:
+        """The slow error of its newest position, north and east."""
+        return self._model.slow_m
+
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
         around = self._around

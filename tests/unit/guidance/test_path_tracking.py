@@ -197,6 +197,17 @@ def test_without_a_stop_the_last_waypoint_is_passed_at_speed() -> None:
     assert progress[-1].finished and progress[-1].setpoint.surge_mps == pytest.approx(0.6, abs=0.01)
 
 
+def test_a_boat_that_does_not_come_nearer_to_the_end_has_arrived_inside_its_radius() -> None:
+    """ÅBOAT lay 0.3 m before the end of its leg, asked to go on at 0.36 m/s, until a stream had carried it away."""
+    boat = Puppet(tracker())
+    boat.tracker.start(points((20, 0)), boat.nav())
+    while boat.north_m < 19.2:
+        assert not boat.sail(DT_S)[-1].finished
+    rests = [boat.tracker.update(nav_state(19.2, 0.0), 0.6, DT_S) for _ in range(120)]
+    assert rests[-1].setpoint.surge_mps > 0.2, "it is to go on"
+    assert not rests[80].finished and rests[-1].finished
+
+
 def test_a_boat_blown_past_the_end_has_finished() -> None:
     guide = tracker()
     guide.start(points((20, 0)), nav_state())

@@ -22,7 +22,7 @@ def going(yaw_rad: float = 0.0, north_mps: float = 1.2) -> NavState:
 
 def seen(left_m: float, water: tuple[float, float] = STREAM, north_mps: float = 1.2) -> RoundingUp:
     up = RoundingUp(Parameters(VALUES), on_the_spot=False)
-    up.update(going(north_mps=north_mps), water, 0.0, left_m)
+    up.update(going(north_mps=north_mps), water, 0.0, left_m, 0.1)
     return up
 
 
@@ -71,3 +71,31 @@ def test_another_way_begins_without_it() -> None:
     up = seen(5.0)
     up.reset()
     assert not up.lasts
+
+
+def carried(made_mps: float, seconds: float, water: tuple[float, float] = STREAM) -> RoundingUp:
+    """A boat that has rounded up and goes on along its track at that speed."""
+    up = seen(5.0)
+    for _ in range(round(10.0 * seconds)):
+        up.update(going(math.pi, made_mps), water, 0.0, 5.0, 0.1)
+    return up
+
+
+def test_a_boat_that_wind_holds_against_the_stream_sails_to_the_end_bow_first() -> None:
+    """A survey of WAM-V ended 14 m before its last waypoint: it lay across, wind against stream, until it gave up."""
+    assert carried(0.05, 25.0).lasts, "it turns first"
+    up = carried(0.05, 80.0)
+    assert not up.lasts and up.most_mps == math.inf
+    up.update(going(), STREAM, 0.0, 5.0, 0.1)
+    assert not up.lasts, "and does not begin again on this way"
+    up.reset()
+    up.update(going(), STREAM, 0.0, 5.0, 0.1)
+    assert up.lasts
+
+
+def test_one_that_is_carried_goes_on() -> None:
+    assert carried(0.35, 200.0).lasts
+
+
+def test_in_a_stream_that_seems_weak_it_does_not_creep() -> None:
+    assert carried(0.1, 1.0, (0.1, 0.0)).most_mps == pytest.approx(0.1)

@@ -267,3 +267,47 @@ def test_with_its_thruster_back_the_boat_takes_its_heading_back(free: Callable[.
     boat.pinned = False
     sail(boat, Weather(0.0, 0.0), 60.0)
     assert boat.nav.yaw_rad == pytest.approx(0.3) and "heading_taken_back" in boat.names()
+
+
+def drifting(boat: Boat, sway_mps: float, seconds: float, asked_n: float) -> None:
+    """Let the boat drift to the east with its thrusters giving nothing of `asked_n` sideways."""
+    boat.pinned = True
+    for _ in range(round(10.0 * seconds)):
+        east_m = boat.nav.east_m + 0.1 * sway_mps
+        boat.nav = replace(boat.nav, east_m=east_m, east_mps=sway_mps, sway_mps=sway_mps)
+        boat.supervisor.thrust_achieved(Wrench(0.0, 0.0, 0.0), Wrench(0.0, -asked_n, 0.0))
+        boat.tick()
+
+
+@pytest.mark.parametrize("sway_mps", [0.3, 0.02])
+def test_a_boat_that_knows_of_a_failed_thruster_turns_before_it_has_left_its_watch_circle(
+    free: Callable[..., Boat], sway_mps: float
+) -> None:
+    """ÅBOAT without its bow thruster was 12 m off: it drifted 5 m to where it began to turn. Hardly drifting, it may
+    stay as it is."""
+    boat = free(DP_WEATHERVANE=0.0)
+    boat.supervisor.thruster_failed(0, True)
+    drifting(boat, sway_mps, 8.0, 0.3 * boat.config.limits.sway_n)
+    assert "watch_circle_left" not in boat.names()
+    assert boat.texts().count(LACKING) == (1 if sway_mps > 0.1 else 0)
+    if sway_mps > 0.1:
+        assert yaw_asked(boat) < 0.0, "towards the force that it asks for, at once"
+
+
+def test_without_a_failed_thruster_it_waits_for_its_watch_circle(free: Callable[..., Boat]) -> None:
+    boat = free(DP_WEATHERVANE=0.0)
+    drifting(boat, 0.3, 8.0, 0.3 * boat.config.limits.sway_n)
+    assert "driven_off" not in boat.names()
+
+
+def test_while_it_takes_its_heading_back_it_is_not_driven_off_again(free: Callable[..., Boat]) -> None:
+    """Outside its watch circle, the thrusters that worked again turned for 7 s: it gave its heading up for good."""
+    boat = free(DP_WEATHERVANE=0.0)
+    boat.supervisor.thruster_failed(0, True)
+    asked_n = 0.3 * boat.config.limits.sway_n
+    blown_off(boat, 0.0, circles=0.7, seconds=40.0, demanded_n=asked_n)
+    boat.supervisor.thruster_failed(0, False)
+    blown_off(boat, 0.0, circles=0.7, seconds=8.0, demanded_n=asked_n)
+    blown_off(boat, asked_n, circles=0.3, seconds=60.0, demanded_n=asked_n)
+    assert boat.texts().count(LACKING) == 1 and "heading_taken_back" in boat.names()
+    assert yaw_asked(boat) == pytest.approx(0.0, abs=0.01)
