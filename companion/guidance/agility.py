@@ -63,9 +63,10 @@ class Agility:
         """Acceleration by a surplus of thrust along the path."""
         return max(_LEAST_MPS2, force_n / self.hull.m11_kg)
 
-    def lateral_mps2(self, share: float) -> float:
-        """Sideways acceleration of the boat's path."""
-        return max(_LEAST_MPS2, share * self.sway_n / self.hull.m22_kg)
+    def laterals_mps2(self, share: Floats) -> Floats:
+        """Sideways acceleration of the boat's path, by shares of the sway limit."""
+        accelerations: Floats = np.maximum(_LEAST_MPS2, share * self.sway_n / self.hull.m22_kg)
+        return accelerations
 
     def sway_mps(self, share: float) -> float:
         """Sideways speed through the water at which damping takes that share of the sway limit."""

@@ -17,7 +17,7 @@ _ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first ben
 _STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten samples each
 # The widest window of a corner that is passed through, at the leg's speed: up to a right angle, and of a sharp corner,
 # where a wider swing costs little way and saves much thrust.
-_SWING_S, _SHARP_SWING_S = 4.2, 6.5
+_SWING_S, _SHARP_SWING_S = 4.6, 7.5
 _SQUARE_RAD, _SHARP_RAD = math.radians(90.0), math.radians(130.0)
 _SWING_BEND_S = 0.55  # radius of the tightest bend in a swing through a right angle, over the leg's speed
 THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m

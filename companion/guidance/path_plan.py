@@ -30,10 +30,15 @@ _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
 # The last means of speed and heading: thrust and yaw acceleration change as slowly as azimuths turn. The windows widen
 # steadily too: where one steps, the moment steps.
-_SPEED_MEAN_S, _WIDTH_MEAN_S, _LAST_MEANS_S = 1.5, 2.0, (2.0, 1.0)
+_SPEED_MEAN_S, _WIDTH_MEAN_S, _LAST_MEANS_S = 2.5, 2.0, (3.0, 2.0)
 # Shares of the limits, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
 # costs more thrust and time than the bend itself.
 _SIDEWAYS, _TURNING = 1.85, 2.0
+# In a sharp corner the boat all but stops, whatever it takes: there a slower tip and a slower turn (a part of the rate,
+# but not below one that swings it round meanwhile) cost little time, and save much thrust. The course is compared so
+# long before and after, at the leg's speed.
+_SHARP_SIDEWAYS, _SHARP_RATE, _SHARP_RADPS = 0.7, 0.7, math.radians(20.0)
+_SQUARE_RAD, _SHARP_RAD, _SHARP_S = math.radians(100.0), math.radians(130.0), 1.2
 # Two plans agree where they differ by no more, now and a little later.
 _AGREE_S, _AGREE_MPS, _AGREE_RAD = 2.0, 0.05, math.radians(3.0)
 
@@ -68,16 +73,18 @@ class PathPlan:
         s, course, bend = _sparse(track, leg_end)
         most = np.asarray(leg_speed_mps)[np.searchsorted(leg_end[:-1], s)]
         thrust = PlannedThrust(s, course, most, limits.agility, limits.weather)
-        by_bend = np.sqrt(limits.agility.lateral_mps2(_SIDEWAYS * limits.share) / bend)
+        sharp = _sharpness(s, course, _SHARP_S * most)
+        sideways_share = (_SIDEWAYS + (_SHARP_SIDEWAYS - _SIDEWAYS) * sharp) * limits.share
+        by_bend = np.sqrt(limits.agility.laterals_mps2(sideways_share) / bend)
         speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
         for _ in range(_ROUNDS):
             kept = thrust.followed(speed, limits.share, stop_at_end)
-            at, bow = _bow(s, course, kept, limits)
+            at, bow = _bow(s, course, kept, sharp, limits)
             sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
             by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
         kept = _smooth_speed(s, thrust.followed(speed, limits.share, stop_at_end))
-        at, bow = _bow(s, course, kept, limits)
+        at, bow = _bow(s, course, kept, sharp, limits)
         self._limits = limits
         self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
         self._s: list[float] = s.tolist()
@@ -143,6 +150,14 @@ def _sparse(track: Track, leg_end_s_m: Floats) -> tuple[Floats, Floats, Floats]:
     return s[keep], course[keep], bend[keep]
 
 
+def _sharpness(s: Floats, course: Floats, near_m: Floats) -> Floats:
+    """How sharp a corner the course turns within `near_m` of each sample: 0 up to 100°, which a swing through a right
+    angle turns, 1 from 130° on."""
+    turned = np.abs(np.interp(s + near_m, s, course) - np.interp(s - near_m, s, course))
+    sharp: Floats = np.clip((turned - _SQUARE_RAD) / (_SHARP_RAD - _SQUARE_RAD), 0.0, 1.0)
+    return sharp
+
+
 def _times(s: Floats, speed: Floats) -> Floats:
     pace = np.maximum(0.5 * (speed[1:] + speed[:-1]), 0.02)
     return np.concatenate(([0.0], np.cumsum(np.diff(s) / pace)))
@@ -160,15 +175,16 @@ def _smooth_speed(s: Floats, speed: Floats) -> Floats:
     return smooth
 
 
-def _bow(s: Floats, course: Floats, speed: Floats, limits: PlanLimits) -> tuple[Floats, Floats]:
+def _bow(s: Floats, course: Floats, speed: Floats, sharp: Floats, limits: PlanLimits) -> tuple[Floats, Floats]:
     """(arc length, course of the bow) at even steps of time."""
     t = _times(s, speed)
     count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
     grid = np.linspace(0.0, t[-1], count)
     at, along = np.interp(grid, t, s), np.interp(grid, t, course)
     agility, pace = limits.agility, np.interp(grid, t, speed)
+    part = 1.0 + (_SHARP_RATE - 1.0) * np.interp(grid, t, sharp)
     port, starboard = (
-        agility.turns_radps(_TURNING * limits.share * side, pace)
+        _eased_rate(agility.turns_radps(_TURNING * limits.share * side, pace), part)
         for side in (agility.port_share, agility.starboard_share)
     )
     width = _mean(grid, _widths(grid, along, port, starboard), np.full(count, _WIDTH_MEAN_S))
@@ -176,6 +192,12 @@ def _bow(s: Floats, course: Floats, speed: Floats, limits: PlanLimits) -> tuple[
     for last_s in _LAST_MEANS_S:
         smooth = _mean(grid, smooth, np.full(count, last_s))
     return at, smooth
+
+
+def _eased_rate(rate: Floats, part: Floats) -> Floats:
+    """That part of the rate, but not below _SHARP_RADPS where the rate is above it."""
+    eased: Floats = np.minimum(rate, np.maximum(part * rate, _SHARP_RADPS))
+    return eased
 
 
 def _widths(grid: Floats, along: Floats, port_radps: Floats, starboard_radps: Floats) -> Floats:

@@ -17,7 +17,7 @@ from companion.guidance.agility import Agility, Weather
 
 # Thrust beyond that of the steady speed, and thrust less than that of the bend's speed, as parts of the share of the
 # surge limit that a plan may take.
-_MORE, _LESS = 0.35, 0.3
+_MORE, _LESS = 0.2, 0.3
 _AHEAD_S = 5.0  # how far ahead a bend is braked for, at the leg's speed
 _SPEEDS = 65  # for which the drag is computed
 _APPROACHES = 5  # the acceleration depends on the speed that it leads to

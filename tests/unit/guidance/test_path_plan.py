@@ -24,8 +24,10 @@ def agility() -> Agility:
     return found
 
 
-def planned(weather: Weather | None = None, stop: bool = True) -> tuple[Track, PathPlan]:
-    track = Track(build_path(CORNER, PathKind.LINEAR), CORNER, [0.2] * 3, 10.0)
+def planned(
+    weather: Weather | None = None, stop: bool = True, points: list[tuple[float, float]] = CORNER
+) -> tuple[Track, PathPlan]:
+    track = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0)
     limits = PlanLimits(agility(), SHARE, 0.5, 0.3, weather or Weather())
     return track, PathPlan(track, track.waypoint_s_m[1:], [SPEED_MPS] * 2, limits, stop)
 
@@ -35,8 +37,24 @@ def test_straight_legs_are_sailed_at_their_speed_and_the_corner_slowly() -> None
     corner_s = track.waypoint_s_m[1]
     assert plan.speed_mps(20.0) == pytest.approx(SPEED_MPS)
     assert plan.speed_mps(corner_s + 20.0) == pytest.approx(SPEED_MPS)
-    assert plan.speed_mps(corner_s) < 0.4
+    assert plan.speed_mps(corner_s) < 0.5
     assert plan.speed_mps(track.length_m) == 0.0
+
+
+def fastest_turn_radps(track: Track, plan: PathPlan) -> float:
+    """Within 4 m of the corner."""
+    corner_s = track.waypoint_s_m[1]
+    places = [corner_s - 4.0]
+    while places[-1] < corner_s + 4.0:
+        places.append(plan.ahead_m(places[-1], 0.1, SPEED_MPS))
+    courses = [plan.course_rad(s) for s in places]
+    return max((b - a) / 0.1 for a, b in itertools.pairwise(courses))
+
+
+def test_a_sharp_corner_is_turned_no_faster_than_a_right_angle_although_the_boat_is_slower_there() -> None:
+    track, plan = planned()
+    sharp_track, sharp = planned(points=[(0.0, 0.0), (40.0, 0.0), (8.0, 24.0)])
+    assert fastest_turn_radps(sharp_track, sharp) < fastest_turn_radps(track, plan)
 
 
 def thrusts_n(track: Track, plan: PathPlan, begin_m: float, end_m: float) -> list[float]:
@@ -51,7 +69,7 @@ def thrusts_n(track: Track, plan: PathPlan, begin_m: float, end_m: float) -> lis
 def test_the_thrust_ahead_of_a_bend_and_behind_it_stays_near_that_of_the_leg() -> None:
     track, plan = planned()
     corner_s, steady = track.waypoint_s_m[1], agility().hull.drag_n(SPEED_MPS)
-    most = steady + 0.35 * SHARE * agility().surge_n
+    most = steady + 0.2 * SHARE * agility().surge_n
     found = thrusts_n(track, plan, corner_s - 8.0, corner_s + 8.0)
     assert max(found) < most + 12.0
     assert min(found) > -20.0, "the drag brakes: no thruster reverses"
@@ -100,11 +118,7 @@ def test_the_bow_turns_half_before_and_half_after_the_corner_at_the_boats_rate()
     assert plan.course_rad(corner_s - 5.0) == pytest.approx(0.0, abs=0.02)
     assert math.degrees(plan.course_rad(corner_s)) == pytest.approx(45.0, abs=6.0)
     assert plan.course_rad(corner_s + 5.0) == pytest.approx(math.pi / 2.0, abs=0.02)
-    places = [corner_s - 4.0]
-    while places[-1] < corner_s + 4.0:
-        places.append(plan.ahead_m(places[-1], 0.1, SPEED_MPS))
-    courses = [plan.course_rad(s) for s in places]
-    fastest = max((b - a) / 0.1 for a, b in itertools.pairwise(courses))
+    fastest = fastest_turn_radps(track, plan)
     most = agility().turn_radps(2.0 * SHARE, 0.0)
     assert 0.5 * most < fastest < 1.15 * most
 
@@ -172,7 +186,7 @@ def test_the_place_ahead_is_where_the_planned_speed_leads() -> None:
 def test_against_a_strong_stream_hardly_any_thrust_is_left_to_speed_up() -> None:
     _, calm = planned()
     _, stemming = planned(Weather(water_north_mps=-1.0))
-    assert calm.reach_mps2(5.0, 1.1)[0] > 0.25
+    assert calm.reach_mps2(5.0, 1.1)[0] > 0.2
     assert stemming.reach_mps2(5.0, 1.1)[0] == agility().least_mps2
 
 
