@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.path_plan import PathPlan, PlanLimits
 from companion.guidance.track import Track, turns_rad
@@ -15,10 +17,9 @@ from companion.guidance.waypoint import Waypoint
 CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
 _ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
 _STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten samples each
-# The widest window of a corner that is passed through, at the leg's speed: up to a right angle, and of a sharp corner,
-# where a wider swing costs little way and saves much thrust.
-_SWING_S, _SHARP_SWING_S = 4.6, 7.5
-_SQUARE_RAD, _SHARP_RAD = math.radians(90.0), math.radians(130.0)
+# The widest window of a corner that is passed through, at the leg's speed, by its angle: a gentle one costs little
+# thrust anyway, at a sharp one a wider swing costs little way and saves much thrust.
+_ANGLES_RAD, _SWINGS_S = (math.radians(60.0), math.radians(90.0), math.radians(130.0)), (4.2, 4.6, 7.5)
 _SWING_BEND_S = 0.55  # radius of the tightest bend in a swing through a right angle, over the leg's speed
 THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and mean wind that are worth a new plan
@@ -163,8 +164,7 @@ class TrackShape:
         """The widest window of the swing through a waypoint; 0: the corner is only cut."""
         if not self._passes_through(waypoint):
             return 0.0
-        sharp = min(1.0, max(0.0, (abs(turn_rad) - _SQUARE_RAD) / (_SHARP_RAD - _SQUARE_RAD)))
-        swing_s = _SWING_S + sharp * (_SHARP_SWING_S - _SWING_S)
+        swing_s = float(np.interp(abs(turn_rad), _ANGLES_RAD, _SWINGS_S))
         return swing_s * (self.cruise_mps if waypoint.speed_mps is None else waypoint.speed_mps)
 
     def _passes_through(self, waypoint: Waypoint) -> bool:
