@@ -40,6 +40,13 @@ def test_other_vessels_touch_nothing(tmp_path: Path, vessel: str, seed: int) -> 
 
 
 @pytest.mark.sweep
+def test_a_jet_gives_up_where_gaps_are_narrow_before_it_touches(tmp_path: Path) -> None:
+    weather = {"wind": "4@97", "current": "0@32"}
+    outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=691101, vessel="rescuerunner", changes=weather)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+
+
+@pytest.mark.sweep
 def test_a_boat_that_tries_one_side_and_the_other_comes_through_or_gives_up(tmp_path: Path) -> None:
     """What it has seen on one side it forgets while it tries the other. Once it went to and fro for ever."""
     outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=100, vessel="revolt")
