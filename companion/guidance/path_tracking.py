@@ -36,6 +36,7 @@ from companion.guidance.path_laying import (
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.rounding_up import RoundingUp
 from companion.guidance.speed_profile import BendLimits, SpeedProfile
+from companion.guidance.stopping import creep_mps
 from companion.guidance.track import Track
 from companion.guidance.turning import UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
@@ -247,7 +248,7 @@ class PathTracker:
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
-        pace = _MOST_PACE * max(self._speed, self._creep_mps(), math.hypot(nav.north_mps, nav.east_mps))
+        pace = _MOST_PACE * max(self._speed, creep_mps(self._parameters), math.hypot(nav.north_mps, nav.east_mps))
         self._s = max(self._s, min(nearest, self._s + pace * dt_s))
         self._s = self._over_tips(track, dt_s)
         self._pass_waypoints(nav, track)
@@ -321,7 +322,9 @@ class PathTracker:
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         if abs(turn) > _ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
-        return max(self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, self._creep_mps()) * dt_s))
+        return max(
+            self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)
+        )
 
     def _preview_m(self, nav: NavState) -> float:
         """How far ahead the course is taken, as the bow follows late."""
@@ -339,7 +342,9 @@ class PathTracker:
         if radius_m is None and not through:
             return math.inf
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return math.sqrt(2.0 * _INSIDE * (radius_m or THROUGH_M) / (rate * max(self._speed, self._creep_mps())))
+        return math.sqrt(
+            2.0 * _INSIDE * (radius_m or THROUGH_M) / (rate * max(self._speed, creep_mps(self._parameters)))
+        )
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat has passed the line across the track at the last waypoint."""
@@ -353,19 +358,15 @@ class PathTracker:
             return False
         if not self._stop_at_end:
             return True
-        slow = math.hypot(nav.north_mps, nav.east_mps) <= 2.0 * self._creep_mps()
+        slow = math.hypot(nav.north_mps, nav.east_mps) <= 2.0 * creep_mps(self._parameters)
         self._rests_s = self._rests_s + dt_s if slow else 0.0
-        stopped = slow and self._speed <= 2.0 * self._creep_mps()
+        stopped = slow and self._speed <= 2.0 * creep_mps(self._parameters)
         return stopped or self._rests_s > _RESTS_S or self._past_last_waypoint(nav, track)
 
     def _past_last_waypoint(self, nav: NavState, track: Track) -> bool:
         return self._s >= self._waypoint_s_m[-1] - 1.0e-6 and self._past_end(nav, track)
 
     # --- speed ---
-
-    def _creep_mps(self) -> float:
-        """Lowest speed of approach, so that the boat reaches the end."""
-        return 0.1 * self._parameters["WP_SPEED"]
 
     def _leg_mps(self, commanded_mps: float) -> float:
         """The speed of the present leg, without its bends."""
@@ -417,7 +418,7 @@ class PathTracker:
         if speed_mps > 0.0:
             wanted = max(wanted, min(speed_mps, least_mps))
         if self._stop_at_end and speed_mps > 0.0:
-            wanted = max(wanted, min(speed_mps, self._creep_mps()))
+            wanted = max(wanted, min(speed_mps, creep_mps(self._parameters)))
         wanted = min(wanted, self._up.most_mps)
         step = 1.25 * parameters["PATH_ACC"] * dt_s
         return min(self._speed + step, max(self._speed - 1.5 * step, wanted))
@@ -503,7 +504,7 @@ class PathTracker:
     def _turning_mps(self, turn_rad: float) -> float:
         """The speed at which the boat runs wide by no more than _WIDE_M while its bow turns by `turn_rad`."""
         rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return max(self._creep_mps(), 2.0 * _WIDE_M * rate / max(turn_rad * turn_rad, 1.0e-6))
+        return max(creep_mps(self._parameters), 2.0 * _WIDE_M * rate / max(turn_rad * turn_rad, 1.0e-6))
 
     def _progress(self, here: PathPoint, error: float) -> Progress:
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]

@@ -22,6 +22,7 @@ from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathPoint
 from companion.guidance.path_laying import LaidTrack, PlanTerms
 from companion.guidance.path_plan import PathPlan, PlanLimits
+from companion.guidance.stopping import creep_mps
 from companion.guidance.track import Track
 from companion.params.store import Parameters
 
@@ -194,7 +195,7 @@ class PlannedMotion:
     @property
     def _creep_mps(self) -> float:
         """Lowest speed of approach, so that the boat reaches the end."""
-        return min(self._commanded, 0.1 * self._parameters["WP_SPEED"]) if self._stops else 0.0
+        return min(self._commanded, creep_mps(self._parameters)) if self._stops else 0.0
 
     def _see_wind(self, nav: NavState, dt_s: float) -> None:
         """Take the mean of the wind, as far as it is known."""

@@ -11,13 +11,13 @@ import math
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
+from companion.guidance.stopping import creep_mps
 from companion.params.store import Parameters
 
 _LAG_S = 1.2  # of the heading loop
 _THROUGH_MPS = 0.15  # least speed through the stream: a slower one has no direction
 _SLOWER_SHARE = 0.5  # of the stream: over ground, the boat lets itself be carried to the end so fast
 _TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
-_LEAST_SHARE = 0.1  # of WP_SPEED, as on every approach: what is carried more slowly never arrives
 _HELD_SHARE = 0.5  # of the speed that it lets itself be carried at, in the mean: slower, it is held back
 _HELD_TURNS = 2.0  # turns, from the begin of the first, before that is judged; the mean is that of one
 _STEERAGE_SHARE = 0.3  # of WP_SPEED, kept through the water while it turns by a boat that needs it
@@ -49,7 +49,7 @@ class RoundingUp:
         """Highest speed over ground along the track; infinite while it does not last."""
         if not self._lasts:
             return math.inf
-        return max(_SLOWER_SHARE * self._stream_mps, _LEAST_SHARE * self._parameters["WP_SPEED"])
+        return max(_SLOWER_SHARE * self._stream_mps, creep_mps(self._parameters))
 
     def reset(self) -> None:
         """Another way begins."""

@@ -10,6 +10,12 @@ from companion.params.store import Parameters
 
 SMOOTHING_S = 1.5  # window of the reference's moving average, and so its lag
 BRAKE_SHARE = 0.85  # share of the acceleration limits that braking uses; the rest is for corrections
+_CREEP_SHARE = 0.1  # of WP_SPEED
+
+
+def creep_mps(parameters: Parameters) -> float:
+    """Lowest speed of approach: slower, a boat never reaches the end of its way."""
+    return _CREEP_SHARE * parameters["WP_SPEED"]
 
 
 def stopping_time_s(surge_mps: float, sway_mps: float, yaw_rate_radps: float, parameters: Parameters) -> float:
