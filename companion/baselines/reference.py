@@ -71,8 +71,11 @@ class ThesisReference:
         self._target = (north_m + vn * half, east_m + ve * half, yaw_rad + yaw_rate_radps * half)
         self._speed_mps = None
 
-    def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
-        """Go on to another pose. `speed_mps`: largest speed, which shortens the carrot; None: as the carrot allows."""
+    def retarget(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None, hurries: bool = False
+    ) -> None:
+        """Go on to another pose. `speed_mps`: largest speed, which shortens the carrot; None: as the carrot allows.
+        `hurries` is not used."""
         self._target = (north_m, east_m, yaw_rad)
         self._speed_mps = speed_mps
 

@@ -12,7 +12,8 @@ _THESIS = 1
 
 
 class ChosenReference:
-    """Same interface as `ReferenceGenerator`. Remembers the generator in use, its last setpoint and its speed limit."""
+    """Same interface as `ReferenceGenerator`. Remembers the generator in use, its last setpoint, its speed limit and
+    whether it hurries."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -23,6 +24,7 @@ class ChosenReference:
         self._active = self._wanted()
         self._last: PoseSetpoint | None = None
         self._speed_mps: float | None = None
+        self._hurries = False
 
     def start(
         self,
@@ -37,11 +39,15 @@ class ChosenReference:
         self._active = self._wanted()
         self._active.start(north_m, east_m, yaw_rad, surge_mps, sway_mps, yaw_rate_radps)
         self._last = self._speed_mps = None
+        self._hurries = False
 
-    def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
-        """Go on from the present motion to another pose, at `speed_mps` at most."""
-        self._speed_mps = speed_mps
-        self._active.retarget(north_m, east_m, yaw_rad, speed_mps)
+    def retarget(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None, hurries: bool = False
+    ) -> None:
+        """Go on from the present motion to another pose, at `speed_mps` at most; `hurries`: turn faster than
+        DP_YAW_RATE, which the thesis's reference cannot."""
+        self._speed_mps, self._hurries = speed_mps, hurries
+        self._active.retarget(north_m, east_m, yaw_rad, speed_mps, hurries)
 
     @property
     def target(self) -> tuple[float, float, float]:
@@ -71,5 +77,5 @@ class ChosenReference:
             new.start(last.north_m, last.east_m, last.yaw_rad, last.surge_mps, last.sway_mps, last.yaw_rate_radps)
         else:
             new.start(*target)
-        new.retarget(*target, self._speed_mps)
+        new.retarget(*target, self._speed_mps, self._hurries)
         self._active = new

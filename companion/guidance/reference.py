@@ -22,6 +22,9 @@ from companion.guidance.stopping import SMOOTHING_S as SMOOTHING_S
 from companion.params.store import Parameters
 
 _QUARTER_TURN = 0.5 * math.pi
+# How much faster than DP_YAW_RATE a reference turns that hurries, and to which rate at most: the bow of a boat that
+# its weather drives off. At DP_YAW_RATE it would be carried away beam on for the better part of a minute.
+_HURRY, _HURRY_MOST_RADPS = 2.7, math.radians(8.0)
 _AT_REST = 1.0e-9  # m and rad, and a hundred times that per second: within this the core is set to the target
 
 Sample = tuple[float, float, float, float, float, float, float, float, float]
@@ -29,16 +32,19 @@ Sample = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class Limits:
-    """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed."""
+    """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed, `hurries` raises that of
+    yaw rate."""
 
     __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "damping_1ps", "sway", "yaw")
 
-    def __init__(self, parameters: Parameters, speed_mps: float | None) -> None:
+    def __init__(self, parameters: Parameters, speed_mps: float | None, hurries: bool = False) -> None:
         cap = math.inf if speed_mps is None else max(speed_mps, 0.01)
         self.ahead = min(parameters["DP_SPEED_AHEAD"], cap)
         self.astern = min(parameters["DP_SPEED_ASTERN"], cap)
         self.sway = min(parameters["DP_SPEED_SWAY"], cap)
         self.yaw = math.radians(parameters["DP_YAW_RATE"])
+        if hurries:
+            self.yaw = max(self.yaw, min(_HURRY * self.yaw, _HURRY_MOST_RADPS))
         self.acc_surge = parameters["DP_ACC_SURGE"]
         self.acc_sway = parameters["DP_ACC_SWAY"]
         self.acc_yaw = math.radians(parameters["DP_ACC_YAW"])
@@ -156,6 +162,7 @@ class ReferenceGenerator:
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._speed_mps: float | None = None
+        self._hurries = False
         self.start(0.0, 0.0, 0.0)
 
     def start(
@@ -176,15 +183,17 @@ class ReferenceGenerator:
         self._window: deque[Sample] = deque()
         self._sum = [0.0] * 9
         self._rested = 0  # number of the newest samples in the window that are at the target
-        self._speed_mps = None
+        self._speed_mps, self._hurries = None, False
 
-    def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
-        """Continue from the present motion to another pose, by the shorter turn; `speed_mps` lowers the speed
-        limits."""
+    def retarget(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None, hurries: bool = False
+    ) -> None:
+        """Continue from the present motion to another pose, by the shorter turn; `speed_mps` lowers the speed limits,
+        `hurries` raises that of yaw rate."""
         self._core.target = (north_m, east_m, nearest_turn(yaw_rad, self._core.pose[2]))
         self._core.resting = False
         self._rested = 0
-        self._speed_mps = speed_mps
+        self._speed_mps, self._hurries = speed_mps, hurries
 
     @property
     def target(self) -> tuple[float, float, float]:
@@ -203,7 +212,7 @@ class ReferenceGenerator:
         if not self._window:
             self._fill(dt_s)
         self._rested = self._rested + 1 if core.resting else 0
-        core.advance(Limits(self._parameters, self._speed_mps), dt_s)
+        core.advance(Limits(self._parameters, self._speed_mps, self._hurries), dt_s)
         newest = (*core.pose, *core.velocity, *core.acceleration)
         oldest = self._window.popleft()
         self._window.append(newest)

@@ -250,4 +250,4 @@ class HoldMode(Mode):
             return
         heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
         if heading_rad is not None:
-            self._hold_point.turn_to(heading_rad)
+            self._hold_point.turn_to(heading_rad, self._weathervane.driven_off)

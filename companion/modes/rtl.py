@@ -248,4 +248,4 @@ class RtlMode(Mode):
         if self._arrived or self._weathervane.driven_off:
             heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
             if heading_rad is not None:
-                self._hold_point.turn_to(heading_rad)
+                self._hold_point.turn_to(heading_rad, self._weathervane.driven_off)

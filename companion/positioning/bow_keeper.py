@@ -123,8 +123,10 @@ class BowKeeper:
         self._returning = self._nearing = self._turning = self._coasting = self._astern = self._arrived = False
         self._round_s = 0.0
 
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
-        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
+    def hold(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
+    ) -> None:
+        """Hold another point. Heading, speed and hurry are ignored: this boat cannot hold a heading."""
         self._point, self._own_point = (north_m, east_m), False
         self._stop.end()
         self._arrived = False

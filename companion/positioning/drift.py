@@ -79,8 +79,10 @@ class DriftKeeper:
             self._turning = True
             self._aim = 2.0 * nav.north_m - rest[0], 2.0 * nav.east_m - rest[1]
 
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
-        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
+    def hold(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
+    ) -> None:
+        """Hold another point. Heading, speed and hurry are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
         self._stop.end()
         self._arrived = self._returning = self._turning = False

@@ -50,8 +50,11 @@ class Keeper(Protocol):
         inside its fence as gently as a reference does; None where it can."""
         ...
 
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
-        """Hold another pose, reached at `speed_mps` at most (None: at the keeper's own limits)."""
+    def hold(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
+    ) -> None:
+        """Hold another pose, reached at `speed_mps` at most (None: at the keeper's own limits). `hurries`: turn to it
+        faster than usual."""
         ...
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
@@ -113,12 +116,14 @@ class PoseKeeper:
         self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
         self._reference.retarget(*place, yaw_rad)
 
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+    def hold(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
+    ) -> None:
         """Lead the reference to another pose."""
         if self._braking is not None:
             self._begin(self._braking, (north_m, east_m), yaw_rad)
         self._braking = None
-        self._reference.retarget(north_m, east_m, yaw_rad, speed_mps)
+        self._reference.retarget(north_m, east_m, yaw_rad, speed_mps, hurries)
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """The reference `dt_s` later, or a path setpoint at rest while the boat brakes; `speed_mps` is not used."""
@@ -385,10 +390,10 @@ class HoldPoint:
         """Hold another pose, from the reference's present motion. Not in transit."""
         self._keeper.hold(north_m, east_m, yaw_rad, None)
 
-    def turn_to(self, yaw_rad: float) -> None:
-        """Hold another heading at the same point."""
+    def turn_to(self, yaw_rad: float, hurries: bool = False) -> None:
+        """Hold another heading at the same point. `hurries`: turn faster than DP_YAW_RATE."""
         north_m, east_m, _ = self._keeper.target
-        self._keeper.hold(north_m, east_m, yaw_rad, None)
+        self._keeper.hold(north_m, east_m, yaw_rad, None, hurries)
 
     def rejoin(self, nav: NavState) -> None:
         """Go back to the same point from the present motion."""

@@ -59,8 +59,10 @@ class SailKeeper:
         if (from_rad := nav.wind_from_rad) is not None:
             self._side = math.copysign(1.0, math.sin(nav.yaw_rad - from_rad))
 
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
-        """Hold another point. Heading and speed are ignored: a boat under sail cannot hold a heading at a point."""
+    def hold(
+        self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
+    ) -> None:
+        """Hold another point. Heading, speed and hurry are ignored: a boat under sail cannot hold a heading at a point."""
         self._point = (north_m, east_m)
         self._arrived = False
         self._drifting.hold(north_m, east_m, yaw_rad, speed_mps)

@@ -77,6 +77,15 @@ def test_heading_takes_the_shorter_turn(generator: ReferenceGenerator) -> None:
     assert all(p.yaw_rate_radps >= -1e-9 for p in points[:-2])
 
 
+@pytest.mark.parametrize(("usual_dps", "hurried_dps"), [(2.0, 5.4), (3.0, 8.0), (20.0, 20.0)])
+def test_a_hurried_turn_is_faster_but_never_wild(usual_dps: float, hurried_dps: float) -> None:
+    generator = ReferenceGenerator(Parameters({"DP_YAW_RATE": usual_dps, "DP_ACC_YAW": 60.0}))
+    for hurries, rate_dps in ((True, hurried_dps), (False, usual_dps)):
+        generator.start(0.0, 0.0, 0.0)
+        generator.retarget(0.0, 0.0, math.radians(150.0), None, hurries)
+        assert max(p.yaw_rate_radps for p in run(generator)) == pytest.approx(math.radians(rate_dps), rel=1e-6)
+
+
 def test_it_begins_where_and_as_the_boat_moves(generator: ReferenceGenerator) -> None:
     generator.start(3.0, 4.0, 0.7, surge_mps=0.4, sway_mps=-0.05, yaw_rate_radps=0.02)
     first = generator.update(DT_S)

@@ -205,6 +205,16 @@ def test_driven_off_the_bow_turns_within_a_minute_and_does_not_pass_the_weather(
     assert max(map(abs, off[60:])) < 5.0
 
 
+def test_driven_off_the_bow_turns_faster_than_usual(free: Callable[..., Boat]) -> None:
+    """With a failed thruster it was carried 16 m away beam on, in 40 s of a turn at DP_YAW_RATE."""
+    boat, rates = free(DP_WEATHERVANE=0.0), []
+    for _ in range(400):
+        blown_off(boat, boat.config.limits.sway_n, seconds=0.1)
+        assert isinstance(boat.setpoint, PoseSetpoint)
+        rates.append(math.degrees(boat.setpoint.yaw_rate_radps))
+    assert 2.0 * boat.parameters["DP_YAW_RATE"] < max(rates) <= 8.0 + 1e-6
+
+
 def test_at_home_after_rtl_too(free: Callable[..., Boat]) -> None:
     boat = free(DP_WEATHERVANE=0.0)
     boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
