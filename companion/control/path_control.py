@@ -14,6 +14,7 @@ from companion.core.setpoint import PathSetpoint
 from companion.params.store import Parameters
 
 _INTEGRAL_SHARE = 0.25
+_OVER_GROUND_SHARE = 0.5  # the same where no track corrects a speed that wind and stream change as the boat turns
 _SWAY_SHARE = 0.5  # bandwidth of sway as a share of that of surge
 _SWAY_LIMIT_SHARE = 0.75  # of the vessel's sway limit: the thrusters must give speed and heading too
 _YAW_RESERVE = 0.4  # share of the yaw limit that must be spare for full sway
@@ -53,11 +54,14 @@ class PathControl:
         u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
         slow = u - nav.surge_mps
         gain = hull.m11_kg * bandwidth
-        drag_x, _, _ = damping(hull, u, v, 0.0)
+        over_ground = setpoint.over_ground
+        share = _OVER_GROUND_SHARE if over_ground else _INTEGRAL_SHARE
+        stream_x = self._water(nav, nav.yaw_rad)[0] if over_ground else 0.0
+        drag_x, _, _ = damping(hull, u - stream_x, v, 0.0)
         _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
         large_mps = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
         offset = self._stall.offset_mps(slow, nav.surge_mps, large_mps, dt_s)
-        bias.grow(_INTEGRAL_SHARE * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
+        bias.grow(share * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s)
         bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)
         surge = hull.m11_kg * setpoint.surge_mps2 + drag_x + gain * slow + bias_x
