@@ -17,7 +17,6 @@ from companion.params.store import Parameters
 
 _DAMPING = 0.9
 _INTEGRAL_SHARE = 0.1
-_OVER_GROUND_SHARE = 0.25  # where no track corrects what gusts turn the bow off
 _SLOW_INTEGRAL_SHARE = 0.3  # of a loop that slow steering has made slower, where a moment turns the bow further off
 _BEND_RADPS = math.radians(8.0)  # in a faster turn, a loop with slow steering lags, which is no offset to learn
 _FORGET_S = 4.0  # such a turn changes what the weather's moment is
@@ -96,7 +95,7 @@ class YawLoop:
         ahead = abs(nav.surge_mps)
         resisting = hull.damping.n_r + hull.damping.n_ur * ahead
         bandwidth = self._bandwidth_radps
-        kp, ki, kd = _gains(hull.m33_kgm2, resisting, bandwidth, self._integral_share(setpoint))
+        kp, ki, kd = _gains(hull.m33_kgm2, resisting, bandwidth, self._integral_share(rate))
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         learned_nm = bias.in_body(nav.yaw_rad)[2]
         growth = -ki * self._offset(error) - self._forgotten_1ps(rate, error, learned_nm) * learned_nm
@@ -119,15 +118,12 @@ class YawLoop:
         pull = min(bound, max(-bound, error))
         return drag + bounded_munk - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
 
-    def _integral_share(self, setpoint: PathSetpoint | HeadingSetpoint) -> float:
-        """Integral action as a share of the bandwidth. None under sail, where what turns the
+    def _integral_share(self, rate_radps: float) -> float:
+        """Integral action as a share of the bandwidth, in a turn at that rate. None under sail, where what turns the
         boat changes its side with the tack: who steers learns that (`companion.guidance.sailing`)."""
         if self._sails:
             return 0.0
-        if self._slowed:
-            return _SLOW_INTEGRAL_SHARE * (1.0 - _in_bend(setpoint.yaw_rate_radps))
-        over_ground = isinstance(setpoint, PathSetpoint) and setpoint.over_ground
-        return _OVER_GROUND_SHARE if over_ground else _INTEGRAL_SHARE
+        return _SLOW_INTEGRAL_SHARE * (1.0 - _in_bend(rate_radps)) if self._slowed else _INTEGRAL_SHARE
 
     def _forgotten_1ps(self, rate_radps: float, error: float, learned_nm: float) -> float:
         """Share of the learned moment that is forgotten a second, in a turn at that rate, or far off the heading where

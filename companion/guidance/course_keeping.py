@@ -8,29 +8,23 @@ the other way.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.guidance.motion_request import Pair
 
-_LEARNS_1PS = 0.2
-_AGAINST = 0.6  # share of the present velocity across the course that is asked for the other way at once
+_LEARNS_1PS = 0.15
+_AGAINST = 0.4  # share of the present velocity across the course that is asked for the other way at once
 _SEEN_S = 0.7  # low-pass of that velocity: the bow should not answer the noise of the estimate
 _MOST_SHARE = 0.6  # of the speed asked for: more would turn the bow by over 31 degrees
 _TURN_RAD = math.radians(30.0)  # off the course: a turn, of which nothing is learnt
-
-
-LeewayOf = Callable[[NavState, float], Pair]
-"""(state, dt_s), every tick → the velocity (north, east) with which wind drives the boat sideways."""
 
 
 class CourseKeeping:
     """Call `update` every tick while a velocity over ground is asked for. Remembers the velocity (NED) that it has
     learnt to ask for against, and the low-pass filtered velocity across the course."""
 
-    def __init__(self, leeway: LeewayOf) -> None:
-        self._leeway = leeway
+    def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
@@ -40,9 +34,6 @@ class CourseKeeping:
     def update(self, nav: NavState, wanted: Pair, straight: float, dt_s: float) -> Pair:
         """The velocity (north, east) to steer for, so that the boat makes `wanted` over ground. `straight`: from 1 on a
         steady course to 0 in a bend."""
-        blown = self._leeway(nav, dt_s)
-        if nav.current_north_mps is None:  # the drift that is learnt in its place has the leeway in it
-            blown = (0.0, 0.0)
         speed = math.hypot(*wanted)
         if speed <= 0.0:
             return wanted
@@ -58,4 +49,4 @@ class CourseKeeping:
         self._north, self._east = share * self._north, share * self._east
         against = self._north * side_n + self._east * side_e + _AGAINST * self._across
         against = min(most, max(-most, against))
-        return wanted[0] - against * side_n - blown[0], wanted[1] - against * side_e - blown[1]
+        return wanted[0] - against * side_n, wanted[1] - against * side_e

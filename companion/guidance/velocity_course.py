@@ -10,7 +10,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import PathSetpoint, Progress, Setpoint, WrenchSetpoint
-from companion.guidance.course_keeping import CourseKeeping, LeewayOf
+from companion.guidance.course_keeping import CourseKeeping
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.motion_request import MotionRequest, Pair
 from companion.params.store import Parameters
@@ -29,10 +29,10 @@ class VelocityCourse:
     the drift, and the velocity that a requested acceleration has reached.
     """
 
-    def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool, leeway: LeewayOf) -> None:
+    def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
         self._parameters = parameters
         self._crab = CrabCompensation(top_mps)
-        self._keeping = CourseKeeping(leeway)
+        self._keeping = CourseKeeping()
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0
         self._velocity = (0.0, 0.0)

@@ -10,7 +10,6 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband, stick_to_wrench
 from companion.core.angles import wrap_pi
-from companion.control.leeway import Leeway
 from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Need, TextKind
 from companion.core.events import EventLog
 from companion.core.readings import ManualInput
@@ -44,7 +43,7 @@ class HeadingMode(Mode):
         self._config = config
         self._parameters = parameters
         self._events = events
-        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters), Leeway(config).update)
+        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
         self._can_sway = config.limits.sway_n > 0.0
         self._yaw_rad = 0.0
         self._by_speed = False

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from companion.config.reversing import can_reverse
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
-from companion.control.leeway import Leeway
 from companion.core.decision import KnownRefusal, LossFailsafe, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -60,7 +59,7 @@ class OffboardMode(Mode):
         self._can_sway = config.limits.sway_n > 0.0
         self._hold_point = HoldPoint(config, parameters, fence)
         self._reference = MotionReference(config.length_m, parameters, fence.reach_mps)
-        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters), Leeway(config).update)
+        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
         self._headway = Headway("Offboard", events)
         self.limits = GuidedLimits()
         self._target: OffboardTarget | None = None

@@ -128,6 +128,19 @@ def worst_error_mps(over_ground: bool, known: bool) -> float:
 
 def test_the_speed_of_a_boat_that_turns_in_a_stream_is_kept_without_a_track() -> None:
     """The integral alone comes too late for a stream that turns round the boat."""
-    assert worst_error_mps(over_ground=False, known=True) > 0.03
-    assert worst_error_mps(over_ground=True, known=False) < 0.025
+    assert worst_error_mps(over_ground=False, known=True) > 0.06
+    assert worst_error_mps(over_ground=True, known=False) < 0.04
     assert worst_error_mps(over_ground=True, known=True) < 0.006
+
+
+def test_a_current_that_is_known_in_every_other_tick_does_not_rock_the_thrust() -> None:
+    """Its uncertainty can hover about the limit of use. Taken as it came, it swung a boat's thrust by 12 N a tick."""
+    boat = load(find("heron"))
+    parameters = Parameters(boat.parameters, table_of(boat))
+    law, bias = PathControl(boat, parameters, YawLoop(boat, parameters)), BiasForce(boat.limits)
+    forces_n = []
+    for step in range(600):
+        nav = nav_state(surge_mps=0.84, current=None if step % 2 else (-0.6, 0.0))
+        forces_n.append(law.update(PathSetpoint(0.0, 0.84, over_ground=True), nav, bias, 0.1).surge_n)
+    steps_n = [abs(b - a) for a, b in zip(forces_n, forces_n[1:], strict=False)]
+    assert forces_n[-1] - forces_n[0] > 5.0 and max(steps_n) < 0.3

@@ -155,17 +155,3 @@ def test_a_hull_that_way_holds_straight_still_comes_to_its_heading(n_ur: float) 
             rate_radps += 0.001 * (asked_nm - damping(hull, 1.0, 0.0, rate_radps)[2]) / hull.m33_kgm2
             yaw_rad += 0.001 * rate_radps
     assert abs(yaw_rad) < 0.01
-
-
-def test_without_a_track_beside_it_the_loop_learns_what_turns_the_bow_off_in_less_time() -> None:
-    """On a path the track corrects a heading that a gust holds off; a velocity over ground has nothing else."""
-
-    def learnt_nm(over_ground: bool) -> float:
-        boat, bias = load(find("otter")), BiasForce(load(find("otter")).limits)
-        loop = YawLoop(boat, Parameters(boat.parameters, table_of(boat)))
-        setpoint = PathSetpoint(0.05, 1.0, over_ground=over_ground)
-        for _ in range(50):
-            loop.moment_nm(setpoint, replace(NO_ESTIMATE, surge_mps=1.0), bias, 0.1)
-        return bias.in_body(0.0)[2]
-
-    assert learnt_nm(True) == pytest.approx(2.5 * learnt_nm(False), rel=1e-6)

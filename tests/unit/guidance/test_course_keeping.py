@@ -1,21 +1,16 @@
-"""A velocity over ground of a boat without sideways thrust, in wind and gusts that the estimated current leaves out."""
+"""A velocity over ground of a boat without sideways thrust, whose estimated current is wrong."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 
-from companion.control.leeway import Leeway
-from companion.control.model import damping
 from companion.config.vessel import find, load
-from companion.control.wind import wind_force
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
-from companion.core.frames import body_to_ned, ned_to_body
+from companion.core.frames import ned_to_body
 from companion.guidance.motion_request import MotionRequest
-from companion.guidance.course_keeping import LeewayOf
 from companion.guidance.velocity_course import VelocityCourse
 from companion.params.store import Parameters
 from companion.params.table import table_of
@@ -24,7 +19,6 @@ from tests.unit.control.simple_boat import nav_state
 DT = 0.1
 OTTER = load(find("otter"))
 PARAMETERS = Parameters(OTTER.parameters, table_of(OTTER))
-NO_LEEWAY: LeewayOf = lambda _nav, _dt_s: (0.0, 0.0)  # noqa: E731
 
 
 class Drifting:
@@ -35,7 +29,7 @@ class Drifting:
         self.yaw_rad = self.surge_mps = self.yaw_rate_radps = 0.0
         self.headings: list[float] = []
         self.made: list[tuple[float, float]] = []
-        self.course = VelocityCourse(PARAMETERS, 2.4, True, NO_LEEWAY)
+        self.course = VelocityCourse(PARAMETERS, 2.4, can_reverse=True)
         self.course.start(self.nav())
 
     def nav(self) -> NavState:
@@ -86,33 +80,3 @@ def test_nothing_is_learnt_while_the_boat_turns_onto_the_course() -> None:
     boat.sail((1.0, 0.0), 20.0)
     boat.sail((0.0, 1.0), 8.0)
     assert boat.made[-1] == pytest.approx((0.0, 1.0), abs=0.03)
-
-
-@pytest.mark.parametrize("from_deg", [60, 120, 240])
-def test_leeway_is_where_the_hull_resists_as_much_as_the_wind_pushes(from_deg: int) -> None:
-    leeway = Leeway(OTTER)
-    nav = nav_state(surge_mps=1.0, wind=(8.0, math.radians(from_deg)))
-    north_mps, east_mps = leeway.update(nav, DT)
-    push_n = wind_force(OTTER.windage, OTTER.length_m, nav)[1]
-    assert north_mps == 0.0 and abs(east_mps) > 0.05
-    assert damping(OTTER.hull, 1.0, east_mps, 0.0)[1] == pytest.approx(push_n, rel=0.02)
-
-
-def test_leeway_answers_a_gust_as_late_as_the_hull_and_none_is_known_without_wind() -> None:
-    leeway = Leeway(OTTER)
-    assert leeway.update(nav_state(surge_mps=1.0), DT) == (0.0, pytest.approx(0.0, abs=1e-3))
-    beam = nav_state(surge_mps=1.0, wind=(8.0, -math.pi / 2))
-    rising = [leeway.update(beam, DT)[1] for _ in range(100)]
-    assert rising[0] < 0.2 * rising[-1] and rising == sorted(rising)
-    assert rising[20] > 0.7 * rising[-1]
-
-
-def test_leeway_is_steered_against_at_once() -> None:
-    blown: LeewayOf = lambda _nav, _dt_s: (0.0, 0.3)  # noqa: E731
-    course = VelocityCourse(PARAMETERS, 2.4, True, blown)
-    nav = nav_state(surge_mps=1.0, current=(0.0, 0.0))
-    course.start(nav)
-    for _ in range(100):
-        setpoint = course.update(MotionRequest(velocity=(1.0, 0.0)), replace(nav, north_mps=1.0, east_mps=0.0), DT)
-    assert setpoint.yaw_rad == pytest.approx(-math.atan2(0.3, 1.0), abs=0.01)
-    assert body_to_ned(1.0, 0.0, setpoint.yaw_rad or 0.0)[1] < 0.0

@@ -158,7 +158,7 @@ def test_it_stops_before_a_line_from_any_speed(speed: float) -> None:
 
 
 def test_course_and_speed_of_a_boat_without_sideways_thrust() -> None:
-    course = VelocityCourse(PARAMETERS, 2.0, can_reverse=True, leeway=lambda _nav, _dt_s: (0.0, 0.0))
+    course = VelocityCourse(PARAMETERS, 2.0, can_reverse=True)
     course.start(AT_REST)
     nav = AT_REST
     for _ in range(400):
