@@ -13,8 +13,8 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.guidance.motion_request import Pair
 
-_LEARNS_1PS = 0.15
-_AGAINST = 0.4  # share of the present velocity across the course that is asked for the other way at once
+_LEARNS_1PS = 0.2
+_AGAINST = 0.6  # share of the present velocity across the course that is asked for the other way at once
 _SEEN_S = 0.7  # low-pass of that velocity: the bow should not answer the noise of the estimate
 _MOST_SHARE = 0.6  # of the speed asked for: more would turn the bow by over 31 degrees
 _TURN_RAD = math.radians(30.0)  # off the course: a turn, of which nothing is learnt

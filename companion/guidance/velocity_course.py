@@ -26,7 +26,7 @@ class VelocityCourse:
 
     The heading turns at PATH_YAW_RATE at most, the speed changes by PATH_ACC. A heading beside a velocity over ground
     is ignored, and so is the sideways part of a velocity in body axes. Remembers the last setpoint's speed and heading,
-    the drift, and the velocity that a requested acceleration has reached.
+    the drift, what keeps the course beside it, and the velocity that a requested acceleration has reached.
     """
 
     def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
@@ -115,7 +115,10 @@ class VelocityCourse:
     def _setpoint(self, surge_mps: float, rate_radps: float, dt_s: float) -> PathSetpoint:
         before = self._surge
         self._surge += _within(surge_mps - before, self._parameters["PATH_ACC"] * dt_s)
-        return PathSetpoint(self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=(self._surge - before) / dt_s, over_ground=True)
+        gained_mps2 = (self._surge - before) / dt_s
+        return PathSetpoint(
+            self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=gained_mps2, over_ground=True
+        )
 
 
 def _within(value: float, most: float) -> float:
