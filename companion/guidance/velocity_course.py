@@ -116,9 +116,7 @@ class VelocityCourse:
         before = self._surge
         self._surge += _within(surge_mps - before, self._parameters["PATH_ACC"] * dt_s)
         gained_mps2 = (self._surge - before) / dt_s
-        return PathSetpoint(
-            self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=gained_mps2, over_ground=True
-        )
+        return PathSetpoint(self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=gained_mps2, over_ground=True)
 
 
 def _within(value: float, most: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -142,5 +143,5 @@ def test_a_current_that_is_known_in_every_other_tick_does_not_rock_the_thrust() 
     for step in range(600):
         nav = nav_state(surge_mps=0.84, current=None if step % 2 else (-0.6, 0.0))
         forces_n.append(law.update(PathSetpoint(0.0, 0.84, over_ground=True), nav, bias, 0.1).surge_n)
-    steps_n = [abs(b - a) for a, b in zip(forces_n, forces_n[1:], strict=False)]
+    steps_n = [abs(b - a) for a, b in itertools.pairwise(forces_n)]
     assert forces_n[-1] - forces_n[0] > 5.0 and max(steps_n) < 0.3
