@@ -14,17 +14,19 @@ from companion.core.setpoint import PathSetpoint
 from companion.params.store import Parameters
 
 _INTEGRAL_SHARE = 0.25
+_OVER_GROUND_SHARE = 0.5  # the same where no track corrects a speed that wind and stream change as the boat turns
 _SWAY_SHARE = 0.5  # bandwidth of sway as a share of that of surge
 _SWAY_LIMIT_SHARE = 0.75  # of the vessel's sway limit: the thrusters must give speed and heading too
 _YAW_RESERVE = 0.4  # share of the yaw limit that must be spare for full sway
 _LARGE_ERROR_MPS = 0.3  # a larger speed error is an acceleration (`SpeedStall`), not an offset to learn
 _LARGE_ERROR_SHARE = 0.25  # the same as a share of WP_SPEED; the larger of both applies
+_STREAM_S = 10.0  # about the time of the speed's integral
 _THRUST_LAG_S = 0.4  # from a command to its thrust
 
 
 class PathControl:
     """Law for path setpoints. The `bias` given to `update` is the integral of speed and heading. Remembers the smoothed
-    feedback, and whether the boat does not reach its speed.
+    feedback and current, and whether the boat does not reach its speed.
 
     τ_x = m11 u̇_d + D(u_d) + m11 ω (u_d − u) + bias; τ_y controls the sideways speed and gives the centripetal force of
     bends (m11 u r); τ_n is that of `YawLoop`.
@@ -41,6 +43,7 @@ class PathControl:
     def restart(self) -> None:
         """Forget what it remembers, after another law was active."""
         self._feedback: tuple[float, float] | None = None
+        self._stream = (0.0, 0.0)
         self._stall.restart()
 
     def update(self, setpoint: PathSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
@@ -53,11 +56,14 @@ class PathControl:
         u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
         slow = u - nav.surge_mps
         gain = hull.m11_kg * bandwidth
-        drag_x, _, _ = damping(hull, u, v, 0.0)
+        over_ground = setpoint.over_ground
+        share = _OVER_GROUND_SHARE if over_ground else _INTEGRAL_SHARE
+        stream_mps = self._slow_stream(nav, dt_s) if over_ground else 0.0
+        drag_x, _, _ = damping(hull, u - stream_mps, v, 0.0)
         _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
         large_mps = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
         offset = self._stall.offset_mps(slow, nav.surge_mps, large_mps, dt_s)
-        bias.grow(_INTEGRAL_SHARE * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
+        bias.grow(share * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s)
         bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)
         surge = hull.m11_kg * setpoint.surge_mps2 + drag_x + gain * slow + bias_x
@@ -110,6 +116,16 @@ class PathControl:
             x, y = fx + share * (x - fx), fy + share * (y - fy)
         self._feedback = (x, y)
         return x, y
+
+    def _slow_stream(self, nav: NavState, dt_s: float) -> float:
+        """The current along the hull, low-pass filtered in NED from none: the bias hands over what it has learnt of it.
+        One that is known at times only is remembered; thrust must not answer that."""
+        north, east = self._stream
+        if nav.current_north_mps is not None and nav.current_east_mps is not None:
+            share = dt_s / (dt_s + _STREAM_S)
+            north, east = north + share * (nav.current_north_mps - north), east + share * (nav.current_east_mps - east)
+            self._stream = north, east
+        return ned_to_body(north, east, nav.yaw_rad)[0]
 
     def _water(self, nav: NavState, yaw_rad: float) -> tuple[float, float]:
         """The current in the axes of a boat on that heading; zeros while it is not known."""

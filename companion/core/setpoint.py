@@ -100,7 +100,8 @@ class PathSetpoint:
     """Path tracking: heading, speed and yaw rate under way, in body axes. `exact`: the motion is planned, with all its
     accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps. `ahead`: the
     poses planned from now on, PATH_STEP_S apart, for laws and thrusters that look ahead. `keeps_place`: the boat keeps
-    near a point, and its motion in waves is no error."""
+    near a point, and its motion in waves is no error. `over_ground`: speed and heading are all that is asked for,
+    no track beside them corrects what wind and stream do."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -113,6 +114,7 @@ class PathSetpoint:
     exact: bool = False
     ahead: tuple[PlannedPose, ...] = ()
     keeps_place: bool = False
+    over_ground: bool = False
 
 
 def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:

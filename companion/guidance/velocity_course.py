@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, without_waves
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import PathSetpoint, Progress, Setpoint, WrenchSetpoint
+from companion.guidance.course_keeping import CourseKeeping
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.motion_request import MotionRequest, Pair
 from companion.params.store import Parameters
@@ -25,12 +26,13 @@ class VelocityCourse:
 
     The heading turns at PATH_YAW_RATE at most, the speed changes by PATH_ACC. A heading beside a velocity over ground
     is ignored, and so is the sideways part of a velocity in body axes. Remembers the last setpoint's speed and heading,
-    the drift, and the velocity that a requested acceleration has reached.
+    the drift, what keeps the course beside it, and the velocity that a requested acceleration has reached.
     """
 
     def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
         self._parameters = parameters
         self._crab = CrabCompensation(top_mps)
+        self._keeping = CourseKeeping()
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0
         self._velocity = (0.0, 0.0)
@@ -40,6 +42,7 @@ class VelocityCourse:
         self._surge, self._yaw = nav.surge_mps, nav.yaw_rad
         self._velocity = (nav.north_mps, nav.east_mps)
         self._crab.reset()
+        self._keeping.reset()
 
     def update(self, wanted: MotionRequest, nav: NavState, dt_s: float) -> Setpoint:
         """A PathSetpoint for the request; a WrenchSetpoint without thrust if a boat that cannot reverse is to stand
@@ -55,7 +58,10 @@ class VelocityCourse:
         if speed < _STANDING_MPS:
             return self._by_the_hull(0.0, replace(wanted, yaw_rate_radps=0.0), nav, dt_s)
         course = math.atan2(east, north)
-        best = self._crab.heading_rad(nav, course, speed, self._yaw)
+        steered = self._keeping.update(
+            without_waves(nav), (speed * math.cos(course), speed * math.sin(course)), straight, dt_s
+        )
+        best = self._crab.heading_rad(nav, math.atan2(steered[1], steered[0]), math.hypot(*steered), self._yaw)
         self._yaw = wrap_pi(self._yaw + _within(wrap_pi(best - self._yaw), most_rad * dt_s))
         surge = speed * max(_STEERAGE_SHARE, math.cos(wrap_pi(course - nav.yaw_rad)))
         return replace(self._setpoint(surge, 0.0, dt_s), progress=Progress(course_rad=course))
@@ -109,7 +115,8 @@ class VelocityCourse:
     def _setpoint(self, surge_mps: float, rate_radps: float, dt_s: float) -> PathSetpoint:
         before = self._surge
         self._surge += _within(surge_mps - before, self._parameters["PATH_ACC"] * dt_s)
-        return PathSetpoint(self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=(self._surge - before) / dt_s)
+        gained_mps2 = (self._surge - before) / dt_s
+        return PathSetpoint(self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=gained_mps2, over_ground=True)
 
 
 def _within(value: float, most: float) -> float:

@@ -6,10 +6,19 @@ import math
 
 import numpy as np
 
+from companion.config.reversing import turns_in_place
+from companion.config.vessel import VesselConfig
 from companion.obstacles.occupancy import Floats
 
 GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
-STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops that far from an obstacle
+STOP_SHARE = 0.3  # of CP_DIST, beside `reach_m`: the boat stops that far from an obstacle
+
+
+def reach_m(config: VesselConfig) -> float:
+    """From the middle of the boat to what of it may come near: a corner of the hull, where it turns in place; the bow,
+    where it goes on as it turns, for which it keeps room (`RoomToHold`)."""
+    across_m = config.beam_m if turns_in_place(config.thrusters) else 0.0
+    return 0.5 * math.hypot(config.length_m, across_m)
 
 
 def clear_way_m(here: tuple[float, float], along: tuple[float, float], circles: Floats, keep_m: float) -> float:

@@ -21,7 +21,7 @@ from companion.core.events import EventLog
 from companion.core.setpoint import PathSetpoint, Setpoint
 from companion.fence.guard import FenceGuard
 from companion.obstacles.braking import Braking, stream_along_mps
-from companion.obstacles.clear_way import STOP_SHARE
+from companion.obstacles.clear_way import STOP_SHARE, reach_m
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import Water
 from companion.obstacles.ways_out import TIMES_S, Choices, WaysOut
@@ -60,7 +60,7 @@ class KeepingOff:
     def __init__(
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, braking: Braking, events: EventLog
     ) -> None:
-        self._half_m = 0.5 * config.length_m
+        self._half_m = reach_m(config)
         self._parameters = parameters
         self._fence = fence
         self._braking = braking

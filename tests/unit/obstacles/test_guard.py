@@ -28,7 +28,7 @@ from tests.unit.obstacles.charted import FRAME, feature
 from tests.unit.obstacles.stubs import NoTraffic, Sailing, Seen, no_fence
 
 OTTER, JET = load(find("otter")), load(find("rescuerunner"))
-STOP_M = 1.0 + 0.3 * 3.0  # from the middle of the boat: half its length, and the share of CP_DIST
+STOP_M = math.hypot(1.0, 0.54) + 0.3 * 3.0  # from the middle of the boat: to a corner, and the share of CP_DIST
 
 
 class Bridge:

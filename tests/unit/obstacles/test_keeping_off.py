@@ -20,6 +20,7 @@ from companion.obstacles.braking import Braking
 from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.ways_out import Choices, WaysOut
 from companion.params.store import Parameters
+from companion.params.table import table_of
 from tests.unit.estimates import AT_REST
 from tests.unit.obstacles.stubs import no_fence
 
@@ -95,3 +96,16 @@ def test_a_boat_without_thrust_astern_is_expected_to_go_as_far_as_it_coasts() ->
     assert north[0, -1] == pytest.approx(Coasting(JET.hull, 5.0).way_m(1.5), rel=0.15)
     north, _ = WaysOut(OTTER, Parameters(OTTER.parameters)).places(stops, nav)
     assert north[0, -1] < 4.0, "an Otter reverses"
+
+
+@pytest.mark.parametrize(("away_m", "keeps_off"), [(4.25, True), (4.6, False)])
+def test_the_corners_of_a_hull_that_is_half_as_wide_as_long_count(away_m: float, keeps_off: bool) -> None:
+    """A WAM-V that turned beside a stone onto which a stream set it came within 0.2 m with a corner of its stern: half
+    its length is 2.4 m, half its diagonal 2.7 m."""
+    wamv = load(find("wamv16"))
+    parameters = Parameters(wamv.parameters, table_of(wamv))
+    keeping = KeepingOff(wamv, parameters, no_fence(wamv, parameters), Braking(wamv, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([(0.0, 2.0 + away_m, 2.0)]), chart=None)
+    nav = replace(AT_REST, sway_mps=0.2, east_mps=0.2, current_north_mps=0.0, current_east_mps=0.2)
+    asked = keeping.update(PathSetpoint(0.0), [], water, nav, 1.0, 0.0, drifts=True)
+    assert (asked is not None) == keeps_off
