@@ -1,8 +1,8 @@
-"""What a velocity over ground that a boat without sideways thrust is to keep takes beside the current triangle.
+"""Keeps a boat without sideways thrust on a velocity over ground, beside the current triangle.
 
-The triangle knows the current only as well as the estimate does, which takes part of the wind for a stream, and no
-gusts at all. What carries the boat off its course in spite of it is seen as velocity across the course, and asked for
-the other way.
+The triangle knows the current only as well as the estimate does, which takes part of the wind for a stream and knows no
+gusts. What still carries the boat off its course is measured as velocity across the course, and asked for the other
+way.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _TURN_RAD = math.radians(30.0)  # off the course: a turn, of which nothing is le
 
 class CourseKeeping:
     """Call `update` every tick while a velocity over ground is asked for. Remembers the velocity (NED) that it has
-    learnt to ask for against, and the low-pass filtered velocity across the course."""
+    learnt to steer against, and the low-pass filtered velocity across the course."""
 
     def __init__(self) -> None:
         self.reset()
