@@ -22,6 +22,7 @@ from typing import Any, NoReturn
 
 import companion.__main__
 from companion.app import warm_up
+from companion.config.vessel import bundled, find, load
 
 LARGEST_REQUEST = 1 << 17  # bytes; a command with its environment
 _COMMANDS = ("check", "console", "leader", "mission", "run", "scenario", "script", "sitl")
@@ -94,6 +95,8 @@ def _run(descriptor: int) -> NoReturn:
     for name in (*(f"companion.cli.{command}" for command in _COMMANDS), *_USED_LATER):
         importlib.import_module(name)
     warm_up()
+    for vessel in bundled():  # two thirds of a start: how files are read, and what follows from their dimensions
+        load(find(vessel))
     gc.freeze()
     gc.enable()
     main(socket.socket(fileno=descriptor))
