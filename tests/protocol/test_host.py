@@ -200,6 +200,7 @@ def test_a_running_boat_without_descriptors_sails_says_so_and_recovers(tmp_path:
     process.send_signal(signal.SIGTERM)
     wait_until(lambda: process.poll() is not None, "the end")
     assert process.returncode == 0 and "0.75" in (tmp_path / "state" / "parameters.json").read_text(encoding="utf-8")
-    assert process.stderr is not None
+    assert process.stdin is not None and process.stderr is not None
+    process.stdin.close()
     process.stderr.close()
     station.close()
