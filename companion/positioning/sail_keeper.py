@@ -62,7 +62,7 @@ class SailKeeper:
     def hold(
         self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None, hurries: bool = False
     ) -> None:
-        """Hold another point. Heading, speed and hurry are ignored: a boat under sail cannot hold a heading at a point."""
+        """Hold another point. Heading, speed and hurry are ignored: a boat under sail cannot hold a heading there."""
         self._point = (north_m, east_m)
         self._arrived = False
         self._drifting.hold(north_m, east_m, yaw_rad, speed_mps)
