@@ -27,10 +27,12 @@ from companion.obstacles.open_water import Water
 from companion.obstacles.ways_out import TIMES_S, Choices, WaysOut
 from companion.params.store import Parameters
 
-_SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
+_SLOW_MPS = 0.5  # a boat that makes less way by its thrust keeps off; so does one that is being stopped
 _STOPPED_MPS = 0.1
 _COASTS_MPS = 0.2  # more way than asked for: a boat without thrust astern cannot stop now
-_LYING_SOON_S = 6.0  # how far it looks for what lies; for what moves, as far as its motion is predicted
+# How far it looks for what lies, and at least until it makes way after a turn on the spot; for what moves, as far as
+# its motion is predicted.
+_LYING_SOON_S, _TURNED_S = 6.0, 2.0
 _ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
 _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lies that is too little
@@ -61,6 +63,7 @@ class KeepingOff:
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, braking: Braking, events: EventLog
     ) -> None:
         self._half_m = reach_m(config)
+        self._can_sway = config.limits.sway_n > 0.0
         self._parameters = parameters
         self._fence = fence
         self._braking = braking
@@ -86,7 +89,8 @@ class KeepingOff:
         """`setpoint`: what the boat does otherwise, already limited so that it stops in time. `drifts`: it moves about
         a point that it cannot keep."""
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
-        slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
+        slow = math.hypot(nav.surge_mps, nav.sway_mps if self._can_sway else 0.0) < _SLOW_MPS
+        slow = slow or abs(asked.surge_mps) < _STOPPED_MPS
         slow = slow or (self._ways.coasts and nav.surge_mps > asked.surge_mps + _COASTS_MPS)
         around = _Around(movers, self._near(water, nav), water, drifts)
         before, self._taken = self._taken, None
@@ -94,9 +98,10 @@ class KeepingOff:
             return None
         otherwise = Choices(np.array([asked.yaw_rad]), np.array([asked.surge_mps]), np.array([math.inf]))
         north, east = self._ways.places(otherwise, nav)
+        soon_s = max(_LYING_SOON_S, self._ways.turning_s(asked.yaw_rad, nav) + _TURNED_S)
         room_m = min(
             float(self._rooms_of_movers_m(movers, north, east).min()),
-            float(self._room_of_lying_m(around.lying, north, east, before is not None)[0]),
+            float(self._room_of_lying_m(around.lying, north, east, before is not None, soon_s)[0]),
         )
         if room_m >= (0.0 if before is None else _LASTS_M):
             return None
@@ -158,7 +163,8 @@ class KeepingOff:
         do nothing. `otherwise`: where the boat is then. `before`: what was chosen last."""
         least_m = float(self._water_m(around, *otherwise)[0])
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
-        choices = self._choices(around, nav, cruise_mps, comes or self._ways.coasts or around.drifts)
+        turns = comes or self._ways.coasts or around.drifts
+        choices = self._choices(around.lying, otherwise, nav, cruise_mps, turns)
         water_m = self._water_m(around, *self._ways.places(choices, nav))
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
@@ -169,11 +175,13 @@ class KeepingOff:
                 return float(choices.yaw_rad[one]), float(choices.surge_mps[one])
         return None
 
-    def _choices(self, around: _Around, nav: NavState, cruise_mps: float, turns: bool) -> Choices:
+    def _choices(
+        self, lying: Floats, otherwise: tuple[Floats, Floats], nav: NavState, cruise_mps: float, turns: bool
+    ) -> Choices:
         """What the boat can do, each as far and as fast as what lies leaves way for it."""
         speeds = [max(share * cruise_mps, min(_SLOW_MPS, cruise_mps)) for share in (0.5, 1.0)]
         choices = self._ways.choices(nav.yaw_rad, speeds, _OUT_M, turns)
-        out_m = self._open_m(around.lying, *self._ways.places(choices, nav))
+        out_m = self._open_m(lying, otherwise, *self._ways.places(choices, nav))
         surge = [
             math.copysign(min(abs(speed), self._most_mps(nav, yaw, speed, way)), speed)
             for yaw, speed, way in zip(
@@ -187,15 +195,17 @@ class KeepingOff:
         stream_mps = stream_along_mps(nav, sign * math.cos(yaw_rad), sign * math.sin(yaw_rad))
         return self._braking.speed_mps(out_m, stream_mps)
 
-    def _open_m(self, lying: Floats, north: Floats, east: Floats) -> Floats:
-        """Way along each choice, at most `_OUT_M`, until the boat is too near to what lies; shape (n,)."""
+    def _open_m(self, lying: Floats, otherwise: tuple[Floats, Floats], north: Floats, east: Floats) -> Floats:
+        """Way along each choice, at most `_OUT_M`, until the boat is too near to what lies, and nearer than wind and
+        current would take it if it did nothing; shape (n,)."""
         ways = np.cumsum(np.hypot(np.diff(north), np.diff(east)), axis=1)
         ways = np.minimum(_OUT_M, np.concatenate((np.zeros((len(ways), 1)), ways), axis=1))
         if not len(lying):
             open_m: Floats = ways[:, -1]
             return open_m
         gaps = self._gaps_m(lying, north, east)
-        meets = ((gaps < self._stop_m) & (gaps < gaps[:, :1] - _CLOSING_M)).any(axis=2)
+        nearer = np.minimum(gaps[:, :1], self._gaps_m(lying, *otherwise)) - _CLOSING_M
+        meets = ((gaps < self._stop_m) & (gaps < nearer)).any(axis=2)
         least: Floats = np.where(meets, ways, _OUT_M).min(axis=1)
         return least
 
@@ -222,12 +232,14 @@ class KeepingOff:
         gaps: Floats = np.sqrt(off_n * off_n + off_e * off_e) - lying[:, 2] - self._half_m
         return gaps
 
-    def _room_of_lying_m(self, lying: Floats, north: Floats, east: Floats, wide: bool) -> Floats:
-        """By how much the water to what lies, and comes nearer, exceeds what is too little, shape (n,). `wide`: by all
-        of the distance at which the boat stops."""
+    def _room_of_lying_m(
+        self, lying: Floats, north: Floats, east: Floats, wide: bool, soon_s: float = _LYING_SOON_S
+    ) -> Floats:
+        """By how much the water to what lies, and comes nearer within `soon_s`, exceeds what is too little, shape (n,).
+        `wide`: by all of the distance at which the boat stops."""
         if not len(lying):
             return np.full(len(north), math.inf)
-        soon = TIMES_S <= _LYING_SOON_S
+        soon = TIMES_S <= soon_s
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from companion.config.reversing import can_reverse, turns_on_the_spot
 from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.obstacles.occupancy import Floats
@@ -81,6 +82,14 @@ class WaysOut:
             nav.east_m + _summed(steps * np.sin(middle)) + side_e,
         )
 
+    def turning_s(self, yaw_rad: float, nav: NavState) -> float:
+        """How long the boat turns on the spot to a heading; 0 for one that makes way meanwhile."""
+        return _TURN_S + abs(wrap_pi(yaw_rad - nav.yaw_rad)) / self._fastest_radps if self._on_the_spot else 0.0
+
+    @property
+    def _fastest_radps(self) -> float:
+        return _TURN_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
+
     def _coasting_mps(self, nav: NavState) -> Floats:
         """Speed over ground at `TIMES_S` of the hull without thrust, shape (1, k)."""
         stream_mps = 0.0
@@ -95,7 +104,7 @@ class WaysOut:
 
     def _yaw_rad(self, choices: Choices, speed: Floats, nav: NavState) -> Floats:
         """Headings, shape (n, k). A rudder or a nozzle turns the boat by its way alone."""
-        fastest = _TURN_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
+        fastest = self._fastest_radps
         turn = choices.turns_rad(nav.yaw_rad)
         if self._on_the_spot:
             turned = np.broadcast_to(fastest * np.maximum(0.0, TIMES_S - _TURN_S), speed.shape)

@@ -109,3 +109,39 @@ def test_the_corners_of_a_hull_that_is_half_as_wide_as_long_count(away_m: float,
     nav = replace(AT_REST, sway_mps=0.2, east_mps=0.2, current_north_mps=0.0, current_east_mps=0.2)
     asked = keeping.update(PathSetpoint(0.0), [], water, nav, 1.0, 0.0, drifts=True)
     assert (asked is not None) == keeps_off
+
+
+@pytest.mark.parametrize("off_m", [3.2, 3.6, 4.6])
+def test_it_backs_out_at_speed_where_the_stream_brings_what_lies_nearer_anyway(off_m: float) -> None:
+    """A WAM-V that drifted at 0.5 m/s onto a stone ahead crept, ahead or astern, as slowly as one that could stop short
+    of it, and touched it."""
+    asked = wamv_set_north(0.5, 0.7, PathSetpoint(2.5), off_m, drifts=True)
+    assert asked is not None
+    assert -math.cos(asked.yaw_rad) * asked.surge_mps > 0.4, "south, away from the stone"
+
+
+def test_what_carries_a_boat_aside_fast_is_no_way_that_it_makes() -> None:
+    """A WAM-V across a stream of 0.6 m/s did nothing until it had been told to stop."""
+    asked = wamv_set_north(0.6, 0.9, PathSetpoint(0.9, surge_mps=0.3), 6.0)
+    assert asked is not None and asked.surge_mps < 0.0
+
+
+@pytest.mark.parametrize(("turn_deg", "keeps_off"), [(0.0, False), (160.0, True)])
+def test_before_a_long_turn_in_a_stream_it_makes_room_for_it(turn_deg: float, keeps_off: bool) -> None:
+    """It turned, was set near what lies, backed, and turned again, all the while carried on."""
+    asked = wamv_set_north(0.4, 0.7, PathSetpoint(0.7 + math.radians(turn_deg)), 6.6, drifts=True)
+    assert (asked is not None) == keeps_off
+
+
+def wamv_set_north(
+    mps: float, yaw_rad: float, setpoint: PathSetpoint, off_m: float, drifts: bool = False
+) -> PathSetpoint | None:
+    """What a WAM-V does that a stream carries onto a stone of 1 m radius, whose middle lies `off_m` north of it."""
+    wamv = load(find("wamv16"))
+    parameters = Parameters(wamv.parameters, table_of(wamv))
+    keeping = KeepingOff(wamv, parameters, no_fence(wamv, parameters), Braking(wamv, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([(off_m, 0.0, 1.0)]), chart=None)
+    ahead_mps, side_mps = mps * math.cos(yaw_rad), -mps * math.sin(yaw_rad)
+    nav = replace(AT_REST, yaw_rad=yaw_rad, north_mps=mps, surge_mps=ahead_mps, sway_mps=side_mps)
+    nav = replace(nav, current_north_mps=mps, current_east_mps=0.0)
+    return keeping.update(setpoint, [], water, nav, 1.0, 0.0, drifts)

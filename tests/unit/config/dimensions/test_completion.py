@@ -58,6 +58,12 @@ def vessel(text: str = CATAMARAN) -> VesselConfig:
     return parse(text, "cat.toml")
 
 
+def test_a_large_boat_without_sideways_thrust_keeps_a_length_from_obstacles_since_it_drifts_as_it_turns() -> None:
+    assert vessel(CATAMARAN.replace("length_m = 2.0", "length_m = 6.0")).parameters["CP_DIST"] == pytest.approx(6.0)
+    assert vessel().parameters["CP_DIST"] == 3.0
+    assert "CP_DIST" not in load(find("revolt")).parameters
+
+
 def problems(text: str) -> tuple[str, ...]:
     with pytest.raises(ConfigError) as caught:
         parse(text, "cat.toml")
