@@ -239,7 +239,7 @@ class KeepingOff:
         `wide`: by all of the distance at which the boat stops."""
         if not len(lying):
             return np.full(len(north), math.inf)
-        soon = TIMES_S <= soon_s
+        soon = soon_s >= TIMES_S
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
