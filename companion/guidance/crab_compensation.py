@@ -111,7 +111,9 @@ class CrabCompensation:
         would come to lie across it.
         """
         slow = self.heading_rad(nav, course_rad, speed_mps, last_rad)
-        steady = self.heading_rad(nav, course_rad, max(speed_mps, self._leg_mps), last_rad)
+        if speed_mps >= self._leg_mps:
+            return slow
+        steady = self.heading_rad(nav, course_rad, self._leg_mps, last_rad)
         less = wrap_pi(steady - slow)
         north, east = self.water(nav)
         through = math.hypot(speed_mps * math.cos(course_rad) - north, speed_mps * math.sin(course_rad) - east)
