@@ -7,6 +7,7 @@ import re
 import select
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -46,6 +47,10 @@ class MavProxy:
         """The next thing that it prints which fits `pattern`; what stands before it is passed over."""
         return wait_until(lambda: self._found(pattern), f"MAVProxy prints {pattern!r}")
 
+    def expect_all(self, *patterns: str) -> None:
+        """As `expect`, for several that come in any order."""
+        wait_until(lambda: self._all_found(patterns), f"MAVProxy prints {patterns!r}")
+
     def ask(self, line: str, pattern: str, again_s: float = 1.0) -> re.Match[str]:
         """Say `line` again and again until what comes back fits `pattern`."""
         what = f"MAVProxy answers {line!r} with {pattern!r}"
@@ -57,6 +62,15 @@ class MavProxy:
         if found is not None:
             self._looked_at = found.end()
         return found
+
+    def _all_found(self, patterns: Sequence[str]) -> bool:
+        self._listen()
+        found = [re.compile(pattern).search(self._heard, self._looked_at) for pattern in patterns]
+        ends = [one.end() for one in found if one is not None]
+        if len(ends) < len(patterns):
+            return False
+        self._looked_at = max(ends)
+        return True
 
     def _listen(self) -> None:
         assert self._process.stdout is not None

@@ -187,13 +187,13 @@ def test_circle_by_its_rover_name_by_command_and_in_a_mission(tmp_path: Path) ->
         station.ask("param show CIRC_RADIUS", r"CIRC_RADIUS\s+8\.0")
         station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
         station.say("mode CIRCLE")
-        station.expect("Mode CIRCLE")
-        station.expect("Circle: radius 8.0 m, clockwise")
+        station.expect_all("Mode CIRCLE", "Circle: radius 8.0 m, clockwise")
         station.say("mode hold")
         station.expect("Mode HOLD")
         station.say("long DO_ORBIT -6 0.9 0 3.2 {} {} 0".format(*FRAME.to_geodetic(9.0, 0.0)))
-        station.expect("Got COMMAND_ACK: DO_ORBIT: ACCEPTED")
-        station.expect("Circle: radius 6.0 m, counter-clockwise, 0.509 turns")
+        station.expect_all(
+            "Got COMMAND_ACK: DO_ORBIT: ACCEPTED", "Circle: radius 6.0 m, counter-clockwise, 0.509 turns"
+        )
         station.expect(r"Circle: 0\.5 turns done, holding")
         rows = [row(0, 16, (0.0, 0.0)), row(1, 16, (15.0, 4.0)), row(2, 18, (15.0, 12.0), (1.0, 0.0, 6.0, 1.0))]
         station.say(f"wp load {write(tmp_path / 'plan.txt', [*rows, row(3, 16, (0.0, 0.0))])}")

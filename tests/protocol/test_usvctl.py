@@ -45,6 +45,7 @@ def companion(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Companion]:
     rover = f"tcpin:127.0.0.1:{free_port(socket.SOCK_STREAM)}?dialect=ardupilot"
     running = Companion(folder, speed=10.0, links=(f"udpout:127.0.0.1:{port}", rover))
     with running:
+        running.sail(5.0)  # it knows where it is then
         yield running
 
 
