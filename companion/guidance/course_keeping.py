@@ -45,7 +45,7 @@ class CourseKeeping:
         self._north += _LEARNS_1PS * dt_s * learns * across * side_n
         self._east += _LEARNS_1PS * dt_s * learns * across * side_e
         most = _MOST_SHARE * speed
-        share = min(1.0, most / max(most, math.hypot(self._north, self._east)))
+        share = most / max(most, math.hypot(self._north, self._east))
         self._north, self._east = share * self._north, share * self._east
         against = self._north * side_n + self._east * side_e + _AGAINST * self._across
         against = min(most, max(-most, against))
