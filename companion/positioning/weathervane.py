@@ -128,7 +128,7 @@ class Weathervane:
         return self._missing_n > max(_MISSING_SHARE * self._sideways_n, _MISSING_LEAST * self._sway_n) > 0.0
 
     def _will_leave(self, nav: NavState, place: tuple[float, float]) -> bool:
-        """Whether the boat drifts out of its watch circle while its bow would come round by a right angle, unhurried."""
+        """Whether the boat drifts out of its watch circle while its bow comes round by a right angle, unhurried."""
         turn_s = 0.5 * math.pi / math.radians(self._parameters["DP_YAW_RATE"])
         off_m = math.dist((nav.north_m, nav.east_m), place)
         return off_m + turn_s * _leaving_mps(nav, place) > self._parameters["DP_WATCH_R"]
