@@ -384,8 +384,9 @@ class PathTracker:
         """The highest speed from which the boat can still come to rest at the end; infinite where it need not."""
         if not self._stop_at_end:
             return math.inf
-        left_m = max(0.0, self._waypoint_s_m[-1] - self._s - _PREVIEW_S * self._speed)
-        return math.sqrt(2.0 * self._parameters["PATH_ACC"] * left_m)
+        # v² = 2a (left − T v)
+        most_mps2, left_m = self._parameters["PATH_ACC"], max(0.0, self._waypoint_s_m[-1] - self._s)
+        return math.sqrt((_PREVIEW_S * most_mps2) ** 2 + 2.0 * most_mps2 * left_m) - _PREVIEW_S * most_mps2
 
     def _round_up(self, nav: NavState, here: PathPoint, dt_s: float) -> None:
         """See whether the boat is so near the end that it turns its bow into the stream."""
@@ -414,7 +415,7 @@ class PathTracker:
                 self._stop_at_end,
             )
             self._profile_key = key
-        wanted = min(max(0.0, speed_mps), self._profile.at(self._s + _PREVIEW_S * self._speed))
+        wanted = min(max(0.0, speed_mps), self._profile.soon(self._s, _PREVIEW_S, self._speed))
         if speed_mps > 0.0:
             wanted = max(wanted, min(speed_mps, least_mps))
         if self._stop_at_end and speed_mps > 0.0:

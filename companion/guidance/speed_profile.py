@@ -15,6 +15,7 @@ from companion.guidance.bend_speed import BendSpeeds
 _SLOWEST_SHARE = 0.25  # of the leg's speed: no bend slows the boat further, so that it can steer
 _LOWEST_MPS = 0.05
 _STRAIGHT_1PM = 1.0e-6
+_HALVINGS = 10
 
 Floats = NDArray[np.float64]
 
@@ -71,6 +72,22 @@ class SpeedProfile:
         x = min(1.0, max(0.0, (s_m - low) / (self._s[i + 1] - low)))
         a, b = self._speed[i], self._speed[i + 1]
         return math.sqrt(a * a + x * (b * b - a * a))
+
+    def soon(self, s_m: float, lag_s: float, last_mps: float) -> float:
+        """The speed v that is allowed `lag_s` later at v: at s + T v. From `last_mps`, the speed allowed at
+        s + T `last_mps` may lie beyond it; the two would alternate from tick to tick where the boat brakes."""
+        asked = self.at(s_m + lag_s * last_mps)
+        again = self.at(s_m + lag_s * asked)
+        if (again - asked) * (asked - last_mps) >= 0.0:
+            return asked
+        low, high = min(last_mps, asked), max(last_mps, asked)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if self.at(s_m + lag_s * middle) > middle:
+                low = middle
+            else:
+                high = middle
+        return low
 
 
 def _bend_speeds(speed_mps: Floats, curvature_1pm: Floats, bends: BendLimits) -> Floats:

@@ -400,6 +400,17 @@ def test_a_boat_that_is_carried_off_as_it_turns_sails_back_once_its_bow_points_t
     assert surge_mps(3.0, to_the_track=True) > 2.0 * surge_mps(3.0, to_the_track=False)
 
 
+def test_held_back_before_a_bend_the_speed_setpoint_rests() -> None:
+    """Otter was asked for 0.3 and 0.4 m/s in turns, every tick, and for ±0.9 m/s² with it: its thrust went up and down,
+    and a current carried it onto a stone astern (`obstacles --seed 3`)."""
+    guide = tracker(False, PATH_ACC=0.75, PATH_ACC_LAT=0.75, PATH_YAW_RATE=30.0, MPC_XY_VEL_MAX=1.0)
+    nav = nav_state(3.0, 1.0, 2.5, -0.12)
+    guide.start(points((0, 0), (-0.25, -0.65), (3, -1), (40, 0)), nav, from_here=False)
+    setpoints = [guide.update(nav, 1.0, 0.1).setpoint for _ in range(100)][50:]
+    assert max(abs(a.surge_mps - b.surge_mps) for a, b in itertools.pairwise(setpoints)) < 0.005
+    assert max(abs(one.surge_mps2) for one in setpoints) < 0.05
+
+
 def skiff(**values: float) -> PathTracker:
     """Of a boat that a rudder turns."""
     return PathTracker(Parameters(values), can_sway=False, turning=Turning(arc=load(find("otter")).hull))

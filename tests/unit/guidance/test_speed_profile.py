@@ -64,3 +64,20 @@ def test_acceleration_is_bounded_everywhere() -> None:
     values = [speeds.at(s) for s in S_M]
     for a, b in itertools.pairwise(values):
         assert abs(b * b - a * a) <= 2.0 * 0.08 * 0.1 + 1e-9
+
+
+@pytest.mark.parametrize("last_mps", [0.0, 0.1, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("s_m", [98.0, 99.0, 99.5, 99.9])
+def test_the_speed_allowed_soon_is_that_of_the_place_it_leads_to(s_m: float, last_mps: float) -> None:
+    """v² = 2a (left − T v) has one solution; asked for tick by tick, the speed stays at it."""
+    speeds, lag_s = profile(), 2.0
+    exact = math.sqrt((lag_s * 0.08) ** 2 + 2.0 * 0.08 * (100.0 - s_m)) - lag_s * 0.08
+    assert speeds.soon(s_m, lag_s, last_mps) == pytest.approx(exact, abs=2e-3)
+    assert speeds.soon(s_m, lag_s, exact) == pytest.approx(exact, abs=2e-3)
+
+
+def test_where_nothing_slows_it_the_speed_allowed_soon_is_that_ahead() -> None:
+    speeds = profile(ends=(30.0, 60.0, 100.0), speeds=(0.5, 1.0, 0.8))
+    assert speeds.soon(10.0, 0.5, 0.2) == pytest.approx(0.5)
+    assert speeds.soon(30.2, 0.5, 0.5) == pytest.approx(speeds.at(30.2 + 0.5 * speeds.soon(30.2, 0.5, 0.5)), abs=0.02)
+    assert speeds.soon(30.2, 0.5, 0.5) > 0.5, "it speeds up"
