@@ -90,8 +90,8 @@ class ThesisReference:
         dn, de, dy = self._errors()
         return math.hypot(dn, de) < _ARRIVED_M and abs(dy) < _ARRIVED_RAD
 
-    def update(self, dt_s: float) -> PoseSetpoint:
-        """The reference `dt_s` later."""
+    def update(self, dt_s: float, pace: float = 1.0) -> PoseSetpoint:
+        """The reference `dt_s` later. `pace` is not used."""
         dn, de, dy = self._errors()
         x, y = ned_to_body(dn, de, self._pose[2])
         carrot = carrot_of(self._parameters)

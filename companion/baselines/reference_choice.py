@@ -59,12 +59,12 @@ class ChosenReference:
         """Whether the reference is at rest at its target."""
         return self._active.arrived
 
-    def update(self, dt_s: float) -> PoseSetpoint:
-        """The reference `dt_s` later."""
+    def update(self, dt_s: float, pace: float = 1.0) -> PoseSetpoint:
+        """The reference `dt_s` later. `pace`: share of its speeds; that of the thesis does not wait."""
         wanted = self._wanted()
         if wanted is not self._active:
             self._change(wanted)
-        self._last = self._active.update(dt_s)
+        self._last = self._active.update(dt_s, pace)
         return self._last
 
     def _wanted(self) -> ReferenceGenerator | ThesisReference:

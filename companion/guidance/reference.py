@@ -33,16 +33,18 @@ Sample = tuple[float, float, float, float, float, float, float, float, float]
 
 class Limits:
     """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed, `hurries` raises that of
-    yaw rate."""
+    yaw rate, and `pace` is the share of all speeds that the boat keeps up with."""
 
     __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "damping_1ps", "sway", "yaw")
 
-    def __init__(self, parameters: Parameters, speed_mps: float | None, hurries: bool = False) -> None:
+    def __init__(
+        self, parameters: Parameters, speed_mps: float | None, hurries: bool = False, pace: float = 1.0
+    ) -> None:
         cap = math.inf if speed_mps is None else max(speed_mps, 0.01)
-        self.ahead = min(parameters["DP_SPEED_AHEAD"], cap)
-        self.astern = min(parameters["DP_SPEED_ASTERN"], cap)
-        self.sway = min(parameters["DP_SPEED_SWAY"], cap)
-        self.yaw = math.radians(parameters["DP_YAW_RATE"])
+        self.ahead = pace * min(parameters["DP_SPEED_AHEAD"], cap)
+        self.astern = pace * min(parameters["DP_SPEED_ASTERN"], cap)
+        self.sway = pace * min(parameters["DP_SPEED_SWAY"], cap)
+        self.yaw = pace * math.radians(parameters["DP_YAW_RATE"])
         if hurries:
             self.yaw = max(self.yaw, min(_HURRY * self.yaw, _HURRY_MOST_RADPS))
         self.acc_surge = parameters["DP_ACC_SURGE"]
@@ -206,13 +208,14 @@ class ReferenceGenerator:
         """Whether the reference rests at its target."""
         return 0 < len(self._window) <= self._rested
 
-    def update(self, dt_s: float) -> PoseSetpoint:
-        """The reference `dt_s` after the last: pose in NED, velocity and acceleration in the reference's body axes."""
+    def update(self, dt_s: float, pace: float = 1.0) -> PoseSetpoint:
+        """The reference `dt_s` after the last: pose in NED, velocity and acceleration in the reference's body axes.
+        `pace`: share of its speeds, for a boat that does not keep up."""
         core = self._core
         if not self._window:
             self._fill(dt_s)
         self._rested = self._rested + 1 if core.resting else 0
-        core.advance(Limits(self._parameters, self._speed_mps, self._hurries), dt_s)
+        core.advance(Limits(self._parameters, self._speed_mps, self._hurries, pace), dt_s)
         newest = (*core.pose, *core.velocity, *core.acceleration)
         oldest = self._window.popleft()
         self._window.append(newest)

@@ -29,6 +29,11 @@ from companion.positioning.drift import DriftKeeper
 from companion.positioning.sail_keeper import SailKeeper
 
 _REST_SHARE = 0.5  # of DP_SPEED_AHEAD: so slow, the reference takes over from braking
+# Lengths by which a reference leads its boat: from the first on it goes slower, at the second at its slowest. A boat
+# shorter than a position is sure counts as that long.
+_LEADS, _LEADS_MOST, _SLOWEST = 0.03, 0.09, 0.3
+_LEAST_LENGTH_M = 2.0
+_GOES_MPS = 0.005  # a slower reference has no direction
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
 
@@ -68,13 +73,17 @@ class PoseKeeper:
 
     Started faster than positioning moves the boat, it first brakes with all its thrust astern, on its heading: the
     reference would brake as gently as it speeds up. Sideways the reference begins no faster than positioning moves the
-    boat: a light boat that weather had carried off would be led on with it, by tens of lengths."""
+    boat: a light boat that weather had carried off would be led on with it, by tens of lengths.
 
-    def __init__(self, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+    Where wind and current leave the thrusters too little to keep up with it, the reference goes slower."""
+
+    def __init__(self, parameters: Parameters, length_m: float, fence: FenceGuard | None = None) -> None:
         self._parameters = parameters
+        self._length_m = max(_LEAST_LENGTH_M, length_m)
         self._fence = fence
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
+        self._going = (0.0, 0.0)  # where: its velocity in NED
         self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
         self._hurries = False  # a fence is too near for the stop
         self._braking: NavState | None = None  # the last state while the boat brakes
@@ -112,7 +121,7 @@ class PoseKeeper:
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
         """Lead the reference from the boat's motion to a place."""
         nav = self._led(nav)
-        self._pose = (nav.north_m, nav.east_m, nav.yaw_rad)
+        self._pose, self._going = (nav.north_m, nav.east_m, nav.yaw_rad), (0.0, 0.0)
         self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
         self._reference.retarget(*place, yaw_rad)
 
@@ -134,9 +143,20 @@ class PoseKeeper:
             return PathSetpoint(self.target[2], 0.0, progress=self._progress(nav))
         if stick is not None:
             self._nudge(stick)
-        setpoint = self._reference.update(dt_s)
+        setpoint = self._reference.update(dt_s, self._pace(nav))
         self._pose = (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad)
+        self._going = body_to_ned(setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rad)
         return setpoint
+
+    def _pace(self, nav: NavState) -> float:
+        """Share of the reference's speeds that the boat keeps up with, by how far it lies behind."""
+        speed_mps = math.hypot(*self._going)
+        if speed_mps < _GOES_MPS:
+            return 1.0
+        north_m, east_m = self._pose[0] - nav.north_m, self._pose[1] - nav.east_m
+        leads_m = (north_m * self._going[0] + east_m * self._going[1]) / speed_mps
+        too_far = (leads_m / self._length_m - _LEADS) / (_LEADS_MOST - _LEADS)
+        return max(_SLOWEST, 1.0 - max(0.0, too_far))
 
     def _see_rest(self, nav: NavState) -> None:
         """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that. Where a
@@ -256,7 +276,7 @@ class HoldPoint:
     ) -> tuple[Keeper, Keeper]:
         """The keeper for each value of DP_UNDER, as far as the boat has a choice."""
         if config.limits.sway_n > 0.0:
-            keeper = PoseKeeper(parameters, fence)
+            keeper = PoseKeeper(parameters, config.length_m, fence)
             return keeper, keeper
         if config.has_sail:
             sailing = SailKeeper(config, parameters)

@@ -21,6 +21,9 @@ from tests.unit.conftest import Boat
 from tests.unit.estimates import AT_REST
 
 
+LENGTH_M = 3.0
+
+
 def holding(boat: Boat) -> Any:
     boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
     boat.supervisor.arm(boat.now_s)
@@ -55,7 +58,7 @@ def at(north_m: float, surge_mps: float) -> NavState:
 
 
 def stopping(surge_mps: float) -> PoseKeeper:
-    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}))
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}), LENGTH_M)
     keeper.start(at(0.0, surge_mps))
     return keeper
 
@@ -88,7 +91,7 @@ def test_a_boat_that_cannot_brake_holds_the_place_that_was_planned() -> None:
 
 def test_a_fence_too_near_for_the_stop_has_the_boat_brake_with_all_its_thrust() -> None:
     """It led the reference from rest, whose feedback brakes less: a barge came to rest 1.4 m further on."""
-    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}))
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.5, "DP_ACC_SURGE": 0.1}), LENGTH_M)
     keeper.start(at(0.0, 2.0), fitted=at(0.0, 0.0))
     for north_m, surge_mps in ((0.2, 1.9), (2.0, 1.0)):
         setpoint = asked(keeper, north_m, surge_mps)
@@ -99,7 +102,7 @@ def test_a_fence_too_near_for_the_stop_has_the_boat_brake_with_all_its_thrust() 
 
 def test_a_boat_that_was_carried_off_sideways_is_not_led_on_with_the_weather() -> None:
     """CyberShip II drifted at 0.6 m/s while it was not armed; its reference led it 16 m further, with all its thrust."""
-    keeper = PoseKeeper(Parameters({"DP_SPEED_SWAY": 0.06, "DP_ACC_SWAY": 0.015, "DP_ACC_SURGE": 0.05}))
+    keeper = PoseKeeper(Parameters({"DP_SPEED_SWAY": 0.06, "DP_ACC_SWAY": 0.015, "DP_ACC_SURGE": 0.05}), LENGTH_M)
     drifting = replace(AT_REST, sway_mps=-0.6, east_mps=-0.6)
     keeper.start(drifting)
     assert abs(keeper.target[1]) < 0.25
@@ -110,6 +113,31 @@ def test_a_boat_that_was_carried_off_sideways_is_not_led_on_with_the_weather() -
         assert isinstance(setpoint, PoseSetpoint)
         furthest_m = min(furthest_m, setpoint.east_m)
     assert furthest_m > -0.25
+
+
+@pytest.mark.parametrize("boat_mps", [0.18, 0.09])
+def test_the_reference_waits_for_a_boat_that_the_weather_leaves_too_little_thrust(boat_mps: float) -> None:
+    """In 2.8 m/s of wind against a current of 0.15 m/s ReVolt's ran 1.2 m ahead of it (`four_corner`, 707011)."""
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.25}), LENGTH_M)
+    keeper.start(AT_REST)
+    keeper.hold(5.0, 0.0, 0.0, None)
+    north_m, leads_m = 0.0, []
+    while north_m < 4.0:
+        setpoint = keeper.update(at(north_m, boat_mps), None, 1.0, 0.1)
+        assert isinstance(setpoint, PoseSetpoint)
+        leads_m.append(setpoint.north_m - north_m)
+        north_m += 0.1 * boat_mps
+    assert max(leads_m) < 0.15 * LENGTH_M
+    assert leads_m[-1] < 0.09 * LENGTH_M
+
+
+def test_the_reference_arrives_where_the_boat_cannot() -> None:
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.25}), LENGTH_M)
+    keeper.start(AT_REST)
+    keeper.hold(2.0, 0.0, 0.0, None)
+    for _ in range(1500):
+        keeper.update(AT_REST, None, 1.0, 0.1)
+    assert keeper.arrived
 
 
 def test_at_the_speeds_of_positioning_the_reference_brakes() -> None:
