@@ -201,7 +201,7 @@ class ObstacleGuard:
             return setpoint
         if self._backing:
             mode.excuse()
-            return self._astern(inputs.nav, setpoint.progress)
+            return self._astern(inputs.nav, self._parameters["DP_SPEED_ASTERN"], setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not (mode.goes_round or mode.drifts):
             return stopped
@@ -212,6 +212,8 @@ class ObstacleGuard:
         if aside is None:
             return stopped
         mode.excuse()
+        if aside.surge_mps < 0.0 and not self._steers_astern:
+            return self._astern(nav, -aside.surge_mps, setpoint.progress)
         return replace(aside, progress=setpoint.progress)
 
     # --- looking and planning --------------------------------------------------------------------------------------
@@ -282,12 +284,12 @@ class ObstacleGuard:
         else:
             self._hold_point.shift(*place, nav.yaw_rad)
 
-    def _astern(self, nav: NavState, progress: Progress) -> Setpoint:
+    def _astern(self, nav: NavState, astern_mps: float, progress: Progress) -> Setpoint:
         """Astern on the heading that the boat has; a rudder or a nozzle does not steer, which they do by thrust
         ahead."""
         if self._steers_astern:
-            return PathSetpoint(nav.yaw_rad, -self._parameters["DP_SPEED_ASTERN"], progress=progress)
-        hull, astern_mps = self._config.hull, self._parameters["DP_SPEED_ASTERN"]
+            return PathSetpoint(nav.yaw_rad, -astern_mps, progress=progress)
+        hull = self._config.hull
         gain = hull.m11_kg * self._parameters["PATH_BW_SURGE"]
         astern_n = -gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps)
         return WrenchSetpoint(Wrench(astern_n, 0.0, 0.0), progress)

@@ -21,6 +21,9 @@ from companion.positioning.stop import Stop
 _REST_MPS = 0.2  # along the hull: slow enough to hold where the boat is
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
+# Of the least drift that has a direction: so much has one still, once it had. At a receiver's rate, its accuracy goes
+# up and down.
+_STILL_SHARE = 0.8
 _DRIFT_TIME_S = 15.0
 _WRONG_RAD, _RIGHT_RAD = math.radians(75.0), math.radians(20.0)  # from the weather: to begin and end a turn
 _TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
@@ -95,6 +98,7 @@ class BowKeeper:
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
+        self._drifts = False
         self._returning = self._nearing = self._turning = self._coasting = self._astern = False
         self._round_s = 0.0
         self._arrived = False
@@ -117,7 +121,8 @@ class BowKeeper:
         if not self._stop.lasts:  # no thrust brakes a drift aside: it holds where it is
             self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad
-        self._drift = _drift(nav) or (0.0, 0.0)
+        self._drift, self._drifts = _drift(nav) or (0.0, 0.0), False
+        self._see_direction()
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
         self._returning = self._nearing = self._turning = self._coasting = self._astern = self._arrived = False
@@ -310,8 +315,10 @@ class BowKeeper:
 
     def _upstream_rad(self) -> float | None:
         """Heading against the drift; None where it is too small to have a direction."""
-        north, east = self._drift
-        return math.atan2(-east, -north) if math.hypot(north, east) >= self._least_mps else None
+        return math.atan2(-self._drift[1], -self._drift[0]) if self._drifts else None
+
+    def _see_direction(self) -> None:
+        self._drifts = math.hypot(*self._drift) >= (_STILL_SHARE if self._drifts else 1.0) * self._least_mps
 
     def _see_drift(self, nav: NavState, dt_s: float) -> None:
         seen = _drift(nav)
@@ -321,6 +328,7 @@ class BowKeeper:
         share = dt_s / (dt_s + _DRIFT_TIME_S)
         north, east = self._drift
         self._drift = north + share * (seen[0] - north), east + share * (seen[1] - east)
+        self._see_direction()
 
 
 def _drift(nav: NavState) -> tuple[float, float] | None:

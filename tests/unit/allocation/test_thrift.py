@@ -84,3 +84,14 @@ def test_a_pod_that_turns_round_leaves_the_boat_most_of_the_wrench() -> None:
         achieved = allocator.update(demand, DT_S).achieved
         missing_ns += DT_S * math.hypot(demand.surge_n - achieved.surge_n, demand.sway_n - achieved.sway_n)
     assert missing_ns < 26.0
+
+
+def test_it_turns_in_a_lull() -> None:
+    """In a gust the other one has to leave out all sideways force, which would turn the boat: it lost its heading."""
+    thrift = Thrift(thrusters_of(ABOAT))
+    for _ in range(600):
+        thrift.see([(-5.0, -5.0), (-5.0, -5.0)], [-8.0, 8.0], [0.8, -1.1], DT_S)
+    thrift.see([(-15.0, -20.0), (-15.0, -20.0)], [-20.0, 20.0], [0.8, -1.1], DT_S)
+    assert not thrift.pays(1, True)
+    thrift.see([(-5.0, -5.0), (-5.0, -5.0)], [-8.0, 8.0], [0.8, -1.1], DT_S)
+    assert thrift.pays(1, True)

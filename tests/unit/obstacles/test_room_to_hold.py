@@ -117,6 +117,18 @@ def test_in_hold_a_boat_with_a_rudder_first_backs_out() -> None:
     assert mode.held_point == (-6.0, 0.0)
 
 
+def test_out_of_the_way_astern_a_boat_with_a_rudder_does_not_steer() -> None:
+    """A launch of 7 m told to go astern pushed ahead for its rudder, half of the time, and touched a stone."""
+    drift = {"surge_mps": 0.3, "north_mps": 0.3, "current_north_mps": 0.3, "current_east_mps": 0.0}
+    mode = Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
+    for config, steers in ((SKIFF, False), (OTTER, True)):
+        out = Bridge((0.5 * config.length_m + 2.0, 0.0, 1.0), config=config).steer(PathSetpoint(0.2), mode, **drift)
+        if steers:
+            assert isinstance(out, PathSetpoint) and out.surge_mps < 0.0
+        else:
+            assert isinstance(out, WrenchSetpoint) and out.wrench.surge_n < 0.0 and out.wrench.yaw_nm == 0.0
+
+
 def test_an_outboard_backs_out_on_its_heading() -> None:
     bridge = Bridge((5.0, 0.0, 1.0), config=OUTBOARD)
     bridge.parameters.set("DP_WATCH_R", CIRCLE_M)

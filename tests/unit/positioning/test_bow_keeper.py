@@ -1,5 +1,6 @@
 """Holding a point without sideways thrust: where the bow points, and what brings the boat back."""
 
+import itertools
 import math
 from dataclasses import replace
 from typing import cast
@@ -19,6 +20,7 @@ from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from sitl.hull import Hull
 from sitl.thrusters import build
+from tests.unit.rudder_boat import SKIFF
 
 OTTER = load(find("otter"))
 
@@ -138,6 +140,18 @@ def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_
     back = keeper.update(at(east_m=2.5, yaw_rad=1.0), None, 1.0, 0.1)
     assert back.yaw_rad == pytest.approx(-math.pi / 2) and back.surge_mps == 0.0  # first it turns on the spot
     assert keeper.update(at(east_m=2.5, yaw_rad=-math.pi / 2), None, 1.0, 0.1).surge_mps > 0.2
+
+
+def test_a_drift_about_as_large_as_it_is_sure_does_not_come_and_go() -> None:
+    """Its accuracy goes up and down with each fix: a skiff's propeller ran in every other tick."""
+    keeper, asked = BowKeeper(SKIFF, Parameters(SKIFF.parameters)), []
+    off = at(north_m=-0.7 * Parameters(SKIFF.parameters)["DP_WATCH_R"], current=(0.1, 0.0))
+    keeper.start(off)
+    keeper.hold(0.0, 0.0, 0.0, None)
+    for i in range(100):
+        setpoint = keeper.update(replace(off, current_accuracy_mps=0.095 if i % 2 else 0.105), None, 1.0, 0.1)
+        asked.append(type(setpoint))
+    assert sum(a is not b for a, b in itertools.pairwise(asked)) <= 1
 
 
 def test_the_speed_keeps_within_the_limits_of_positioning() -> None:
