@@ -25,8 +25,8 @@ Vector = tuple[float, float]
 
 
 class Thrift:
-    """`see` every cycle. Remembers each thruster's share of the last demand, the mean of that, of its force and of the power
-    used and needed, and since when each thruster has not been turned round."""
+    """`see` every cycle. Remembers each thruster's share of the last demand, the mean of that, of its force and of the
+    power used and needed, and since when each thruster has not been turned round."""
 
     def __init__(self, thrusters: Sequence[Thruster]) -> None:
         self._thrusters = tuple(thrusters)

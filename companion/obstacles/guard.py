@@ -212,9 +212,7 @@ class ObstacleGuard:
         if aside is None:
             return stopped
         mode.excuse()
-        if aside.surge_mps < 0.0 and not self._steers_astern:
-            return self._astern(nav, -aside.surge_mps, setpoint.progress)
-        return replace(aside, progress=setpoint.progress)
+        return self._out_of_the_way(aside, nav, setpoint.progress)
 
     # --- looking and planning --------------------------------------------------------------------------------------
 
@@ -283,6 +281,11 @@ class ObstacleGuard:
             self._events.say(inputs.now_s, TextKind.ATTENTION, "hold_point_clear", text)
         else:
             self._hold_point.shift(*place, nav.yaw_rad)
+
+    def _out_of_the_way(self, aside: PathSetpoint, nav: NavState, progress: Progress) -> Setpoint:
+        if aside.surge_mps < 0.0 and not self._steers_astern:
+            return self._astern(nav, -aside.surge_mps, progress)
+        return replace(aside, progress=progress)
 
     def _astern(self, nav: NavState, astern_mps: float, progress: Progress) -> Setpoint:
         """Astern on the heading that the boat has; a rudder or a nozzle does not steer, which they do by thrust

@@ -20,7 +20,6 @@ from companion.positioning.hold_point import PoseKeeper
 from tests.unit.conftest import Boat
 from tests.unit.estimates import AT_REST
 
-
 LENGTH_M = 3.0
 
 
