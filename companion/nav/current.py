@@ -25,7 +25,9 @@ _FORCE_TIME_S = 4.0  # how long an error of force lasts
 _CURRENT_MPS_RTS = 0.004  # wander of the current
 _FIRST_SIGMA_MPS = 0.5
 _VELOCITY_SIGMA_MPS = 0.1  # of a measured velocity: represents correlated errors of about half that
-_USABLE_MPS = 0.2
+# One sigma within which an estimate is given, and within which it still is: about one of them it came and went with
+# every tick, and the thrust with it.
+_USABLE_MPS, _STILL_USABLE_MPS = 0.2, 0.21
 _LONGEST_STEP_S = 0.5
 _LONGEST_HOLD_S = 120.0
 
@@ -46,7 +48,7 @@ class CurrentObserver:
     """Thrust and motion → velocity of the water over ground, with its accuracy.
 
     The current is observable while the thrust on the hull is known (armed) and the velocity is measured. An estimate is
-    given then and for two minutes longer, while one sigma is within 0.2 m/s. The weaker the damping, the slower the
+    given then and for two minutes longer, from one sigma of 0.2 m/s to one of 0.21 m/s. The weaker the damping, the slower the
     estimate; a hull model without damping gives none. Without a wind sensor the estimate includes the push of the mean
     wind, and its accuracy allows for 2 m/s of wind. Remembers the velocity through the water, the current, and their
     covariance; and `carried` and `carried_turn_radps`, the velocity over ground (NED) and the rate of turn that the
@@ -58,6 +60,7 @@ class CurrentObserver:
         self._state = [0.0, 0.0, 0.0, 0.0]
         self._p = [[_FIRST_SIGMA_MPS**2 if i == j else 0.0 for j in range(4)] for i in range(4)]
         self._systematic_mps = math.inf
+        self._usable = False
         self._last_s = self._seen_s = -math.inf
         self.carried = (0.0, 0.0)
         self.carried_turn_radps = 0.0
@@ -68,6 +71,10 @@ class CurrentObserver:
     def update(self, now_s: float, thrust: Wrench | None, passage: GroundMotion | None, measured: bool = True) -> None:
         """One tick. `thrust`: on the hull since the last call, None if unknown; `passage`: None if unknown. `measured`:
         whether its velocity is measured; if not, the model alone predicts."""
+        self._update(now_s, thrust, passage, measured)
+        self._usable = self._sigma_mps <= self._most_mps
+
+    def _update(self, now_s: float, thrust: Wrench | None, passage: GroundMotion | None, measured: bool) -> None:
         dt_s, self._last_s = now_s - self._last_s, now_s
         if thrust is None or passage is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
             self._p[2][2] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
@@ -126,10 +133,18 @@ class CurrentObserver:
 
     def estimate(self, now_s: float) -> tuple[float, float, float] | None:
         """(north_mps, east_mps, one sigma of the worse axis) of the current; None if it is too uncertain or too old."""
-        sigma = math.sqrt(max(self._p[2][2], self._p[3][3]) + self._systematic_mps**2)
-        if sigma > _USABLE_MPS or now_s - self._seen_s > _LONGEST_HOLD_S:
+        sigma_mps = self._sigma_mps
+        if sigma_mps > self._most_mps or now_s - self._seen_s > _LONGEST_HOLD_S:
             return None
-        return self._state[2], self._state[3], sigma
+        return self._state[2], self._state[3], sigma_mps
+
+    @property
+    def _sigma_mps(self) -> float:
+        return math.sqrt(max(self._p[2][2], self._p[3][3]) + self._systematic_mps**2)
+
+    @property
+    def _most_mps(self) -> float:
+        return _STILL_USABLE_MPS if self._usable else _USABLE_MPS
 
     def _begin(self, passage: GroundMotion) -> None:
         """Set the velocity through the water to the velocity over ground less the estimated current."""
