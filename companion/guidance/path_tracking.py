@@ -45,6 +45,9 @@ from companion.params.store import Parameters
 _ALMOST_BACK_RAD = math.radians(120.0)  # a sharper turn leads back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns by less over the look-ahead distance
 _LEARNS, _LEARNS_IN_ARC = 2.0, 0.5  # look-ahead distances: a larger error is a way to the track, not an offset to learn
+# A boat whose bow points so far elsewhere does not answer this law: it turns, or goes round traffic. Then it learns
+# nothing: after 60 s beside its track a boat at 8 m/s overshot it by 10 m.
+_ASTRAY_RAD = math.radians(20.0)
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
@@ -463,7 +466,9 @@ class PathTracker:
         leaning = error + gain * self._integral
         away = -nav.north_mps * math.sin(here.course_rad) + nav.east_mps * math.cos(here.course_rad)
         learns = abs(error) < self._learns * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD
-        if learns and not self._up.lasts:
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        led_astray = abs(wrap_pi(nav.yaw_rad - last)) > _ASTRAY_RAD
+        if learns and not self._up.lasts and not led_astray:
             # a boat that waits for its bow learns as slowly as it sails
             pace = min(self._speed, max(0.0, self._surge)) if self._pivots else self._speed
             far = math.hypot(lookahead, leaning)
@@ -471,7 +476,6 @@ class PathTracker:
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - self._towards_rad(error, gain * self._integral, lookahead)
-        last = nav.yaw_rad if self._yaw is None else self._yaw
         best = self._best_heading(nav, course, last)
         heading = self._turned(last, best, dt_s)
         off = wrap_pi(course - nav.yaw_rad)

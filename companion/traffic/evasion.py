@@ -2,7 +2,7 @@
 detours there are.
 
 All vessels are circles; the others keep course and speed. A detour leaves the route at 45°, runs beside it and comes
-back at 45°: an alteration that others can see (COLREG rule 8b). The boat's speed along a way changes with constant
+back at 45°: an alteration that others can see (COLREG rule 8b). A fast boat leaves it at a smaller angle. The boat's speed along a way changes with constant
 acceleration.
 """
 
@@ -24,11 +24,13 @@ Floats = NDArray[np.float64]
 STEP_S = 1.0
 _WIDTHS = (0.5, 0.75, 1.0, 1.25, 1.6, 2.0, 3.0)  # times the room that passing side by side needs
 _LENGTHS_M = (25.0, 40.0, 60.0, 85.0, 115.0, 150.0, 200.0, 260.0, 330.0)
+_LEAST_S = 60.0  # of way, that the longest of them takes: a fast boat meets others further ahead
+_REACH_SHARE = 0.8  # of the longest: a vessel that is met further ahead cannot be passed yet
 _SHORTEST_SIDE_M = 5.0  # of the leg beside the route
 _COST_OF_LENGTH = 0.1  # of a metre along the route, against a metre of extra way
 _COST_OF_PORT_M = 10.0
 _AHEAD_REACH = 10.0  # times the distance to keep: further ahead of a vessel, its track may be crossed
-_GROWTH = 2.0 * (math.sqrt(2.0) - 1.0)  # extra way for each metre of width
+_LEG_S = 4.0  # of way, that the legs out and back take: a boat at 8 m/s overshot sharper ones by 10 m
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,28 +145,43 @@ def crosses_ahead(places: Floats, t_s: Floats, other: Contact, reach_m: float) -
     return bool(np.any((along[changes] > 0.0) & (along[changes] < reach_m)))
 
 
-def detours(here: Place, route: Sequence[Place], room_m: float, sides: Sequence[int]) -> Iterator[Detour]:
+def stretch(speed_mps: float) -> float:
+    """How many times longer than those of a slow boat the detours of a fast one are."""
+    return max(1.0, _LEAST_S * speed_mps / _LENGTHS_M[-1])
+
+
+def reach_m(speed_mps: float) -> float:
+    """How far ahead along the route a detour leads past another vessel."""
+    return _REACH_SHARE * stretch(speed_mps) * _LENGTHS_M[-1]
+
+
+def detours(
+    here: Place, route: Sequence[Place], room_m: float, sides: Sequence[int], speed_mps: float = 0.0
+) -> Iterator[Detour]:
     """Detours from `here` around vessels that need `room_m` beside the route, and back to it; the cheapest first.
-    `sides`: allowed ones. Detours longer than the route are left out."""
-    longest = length_of(route)
+    `sides`: allowed ones; `speed_mps`: along the route. Detours longer than the route are left out."""
+    longest, times = length_of(route), stretch(speed_mps)
     found: list[Detour] = []
-    for length_m in _LENGTHS_M:
+    for length_m in (times * one for one in _LENGTHS_M):
         if length_m > longest:
             break
         end = first_part(route, length_m)[-1]
         chord = math.dist(here, end)
         if chord < 1.0:
             continue
-        found.append(Detour((here, end), 0, length_m, _COST_OF_LENGTH * length_m))
+        along_cost_m = _COST_OF_LENGTH * length_m / times
+        found.append(Detour((here, end), 0, length_m, along_cost_m))
         north, east = (end[0] - here[0]) / chord, (end[1] - here[1]) / chord
         for width in (share * room_m for share in _WIDTHS):
-            if chord < 2.0 * width + _SHORTEST_SIDE_M:
+            along = max(width, _LEG_S * speed_mps)
+            if chord < 2.0 * along + _SHORTEST_SIDE_M:
                 break
+            growth = 2.0 * (math.hypot(along, width) - along)
             for side in sides:
                 across = (-side * east * width, side * north * width)
-                out = (here[0] + width * north + across[0], here[1] + width * east + across[1])
-                back = (end[0] - width * north + across[0], end[1] - width * east + across[1])
-                cost = _GROWTH * width + _COST_OF_LENGTH * length_m + (_COST_OF_PORT_M if side < 0 else 0.0)
+                out = (here[0] + along * north + across[0], here[1] + along * east + across[1])
+                back = (end[0] - along * north + across[0], end[1] - along * east + across[1])
+                cost = growth + along_cost_m + (_COST_OF_PORT_M if side < 0 else 0.0)
                 found.append(Detour((here, out, back, end), side, length_m, cost))
     yield from sorted(found, key=lambda detour: detour.cost_m)
 

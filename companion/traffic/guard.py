@@ -44,6 +44,7 @@ _BEYOND_M = 15.0  # of the route beyond a detour, which shapes the detour's end
 _OFF_ROUTE_M = 3.0  # from the detour's end: further off, the route has changed
 _SPEED_SHARES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed: cost, to compare with metres of detour
 _BETTER_M = 0.1
+_PASSED_S, _LONGEST_S = 10.0, 150.0  # of a prediction
 _WORTH_CROSSING_M = 1.0  # of clear water
 _PATIENT = frozenset({Encounter.STANDING, Encounter.OVERTAKING})  # encounters in which slowing down can wait
 _MOVING_MPS = 0.3
@@ -139,7 +140,9 @@ class TrafficGuard:
         inputs = replace(inputs, speed_mps=mode.way_speed_mps(inputs))
         if inputs.now_s >= self._next_s:
             self._next_s = inputs.now_s + _CHECK_S
-            self._check(_near_part(mode.way_ahead()) if isinstance(setpoint, PathSetpoint) else (), inputs)
+            self._check(
+                _near_part(mode.way_ahead(), inputs.speed_mps) if isinstance(setpoint, PathSetpoint) else (), inputs
+            )
         if not isinstance(setpoint, PathSetpoint):
             self._detour, self._yaw, self._holding = None, None, False
             return setpoint
@@ -178,7 +181,7 @@ class TrafficGuard:
             return
         if self._detour is not None and not _is_on(self._detour.points[-1], route):
             self._detour = None
-        way = route if self._detour is None else self._remaining(route)
+        way = route if self._detour is None else self._remaining(route, inputs.speed_mps)
         ahead = _velocity(way, inputs.speed_mps) if self._detour is None else over_ground
         found = self._watch.conflicts(nav, way, self._ramp(speed, inputs), ahead, contacts, now_s)
         self._watch.announce(found, now_s)
@@ -220,10 +223,15 @@ class TrafficGuard:
                 break
         if best[0] < self._parameters["CA_DIST"] and ahead[0] > best[0] + _WORTH_CROSSING_M:
             best = ahead
-        in_time = all(c.met in _PATIENT and c.due_s > self._parameters["CA_STAND_T"] for c in urgent)
-        if best[1] is None and in_time:
-            return  # the boat may still come nearer to a vessel that is at rest or goes ahead of it
+        if best[1] is None and all(self._can_wait(c, inputs.speed_mps) for c in urgent):
+            return
         self._begin(best[1], best[2], route, urgent[0], inputs)
+
+    def _can_wait(self, conflict: Conflict, speed_mps: float) -> bool:
+        """Whether the boat may still come nearer: to a vessel that is at rest or goes ahead of it, or one that is met
+        further ahead than a detour reaches."""
+        patient = conflict.met in _PATIENT or conflict.due_s * speed_mps > evasion.reach_m(speed_mps)
+        return patient and conflict.due_s > self._parameters["CA_STAND_T"]
 
     def _options(
         self, urgent: Sequence[Conflict], route: Sequence[evasion.Place], keep_m: float, inputs: ModeInputs
@@ -238,7 +246,7 @@ class TrafficGuard:
                 side for side in (colreg.STARBOARD, colreg.PORT) if all(side in colreg.sides(c.met) for c in urgent)
             ]
             room_m = keep_m + self._watch.radius_m + max(c.contact.radius_m for c in urgent)
-            detours = evasion.detours((inputs.nav.north_m, inputs.nav.east_m), route, room_m, allowed)
+            detours = evasion.detours((inputs.nav.north_m, inputs.nav.east_m), route, room_m, allowed, inputs.speed_mps)
             options += [(detour.cost_m, detour, 1.0) for detour in detours]
         return [(detour, share) for _, detour, share in sorted(options, key=lambda option: option[0])]
 
@@ -250,12 +258,12 @@ class TrafficGuard:
         urgent: Sequence[Conflict],
         inputs: ModeInputs,
     ) -> tuple[float, bool]:
-        """Least clear water in m along a way, up to its end or CA_TIME, and whether it crosses ahead of a vessel that
-        has the right of way."""
+        """Least clear water in m along a way, up to its end, or for CA_TIME and until the `urgent` ones would have
+        passed a boat that stops; and whether it crosses ahead of a vessel that has the right of way."""
         nav, speed = inputs.nav, share * inputs.speed_mps
-        duration_s = self._parameters["CA_TIME"]
+        duration_s = max([self._parameters["CA_TIME"], *(_passed_s(c.contact, nav) for c in urgent)])
         if share == 1.0 and speed > 0.0:
-            duration_s = max(duration_s, min(evasion.length_of(way), _WAY_M) / speed)
+            duration_s = max(duration_s, min(evasion.length_of(way), evasion.stretch(speed) * _WAY_M) / speed)
         t_s = evasion.time_steps(duration_s)
         ramp = evasion.SpeedRamp(math.hypot(nav.north_mps, nav.east_mps), speed, self._acceleration)
         places = evasion.places_along(way, ramp, t_s)
@@ -317,12 +325,12 @@ class TrafficGuard:
         self._announce(TextKind.ROUTINE, "Traffic: back on the route", inputs.now_s)
         return setpoint
 
-    def _remaining(self, route: Sequence[evasion.Place]) -> Sequence[evasion.Place]:
+    def _remaining(self, route: Sequence[evasion.Place], speed_mps: float) -> Sequence[evasion.Place]:
         """The rest of the detour, and the route after it."""
         assert self._detour is not None
         points = [point for leg in self._path_tracker.legs for point in leg]
         end = min(range(len(route)), key=lambda i: math.dist(route[i], points[-1]))
-        return _near_part([*points, *route[end + 1 :]])
+        return _near_part([*points, *route[end + 1 :]], speed_mps)
 
     def _limited(self, setpoint: PathSetpoint, inputs: ModeInputs) -> PathSetpoint:
         """The setpoint, no faster than allowed; the limit changes by PATH_ACC."""
@@ -374,9 +382,18 @@ class TrafficGuard:
             self._events.say(now_s, kind, "traffic_action", text)
 
 
-def _near_part(way: Sequence[evasion.Place]) -> Sequence[evasion.Place]:
+def _passed_s(contact: Contact, nav: NavState) -> float:
+    """When a vessel has come nearest to where the boat is now, and gone on a little; at most _LONGEST_S."""
+    north_m, east_m = nav.north_m - contact.north_m, nav.east_m - contact.east_m
+    along_m2ps = north_m * contact.north_mps + east_m * contact.east_mps
+    if along_m2ps <= 0.0:
+        return 0.0
+    return min(_LONGEST_S, along_m2ps / contact.speed_mps**2 + _PASSED_S)
+
+
+def _near_part(way: Sequence[evasion.Place], speed_mps: float) -> Sequence[evasion.Place]:
     """The part of a way that is checked."""
-    return evasion.thinned(evasion.first_part(way, _WAY_M), _THIN_M) if way else ()
+    return evasion.thinned(evasion.first_part(way, evasion.stretch(speed_mps) * _WAY_M), _THIN_M) if way else ()
 
 
 def _is_on(point: evasion.Place, route: Sequence[evasion.Place]) -> bool:
