@@ -48,11 +48,11 @@ class CurrentObserver:
     """Thrust and motion → velocity of the water over ground, with its accuracy.
 
     The current is observable while the thrust on the hull is known (armed) and the velocity is measured. An estimate is
-    given then and for two minutes longer, from one sigma of 0.2 m/s to one of 0.21 m/s. The weaker the damping, the slower the
-    estimate; a hull model without damping gives none. Without a wind sensor the estimate includes the push of the mean
-    wind, and its accuracy allows for 2 m/s of wind. Remembers the velocity through the water, the current, and their
-    covariance; and `carried` and `carried_turn_radps`, the velocity over ground (NED) and the rate of turn that the
-    model alone has added up to. `run` changes when that begins anew.
+    given then and for two minutes longer, from one sigma of 0.2 m/s to one of 0.21 m/s. The weaker the damping, the
+    slower the estimate; a hull model without damping gives none. Without a wind sensor the estimate includes the push
+    of the mean wind, and its accuracy allows for 2 m/s of wind. Remembers the velocity through the water, the current,
+    their covariance; and `carried` and `carried_turn_radps`, the velocity over ground (NED) and the rate of turn that
+    the model alone has added up to. `run` changes when that begins anew.
     """
 
     def __init__(self, config: VesselConfig) -> None:

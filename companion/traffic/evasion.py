@@ -2,8 +2,8 @@
 detours there are.
 
 All vessels are circles; the others keep course and speed. A detour leaves the route at 45°, runs beside it and comes
-back at 45°: an alteration that others can see (COLREG rule 8b). A fast boat leaves it at a smaller angle. The boat's speed along a way changes with constant
-acceleration.
+back at 45°: an alteration that others can see (COLREG rule 8b). A fast boat leaves it at a smaller angle. The boat's
+speed along a way changes with constant acceleration.
 """
 
 from __future__ import annotations

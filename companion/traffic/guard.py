@@ -22,7 +22,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
-from companion.core.estimate import Contact
+from companion.core.estimate import Contact, NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Setpoint, braked, desired_motion
