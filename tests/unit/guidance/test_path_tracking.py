@@ -373,6 +373,16 @@ def test_the_line_of_sight_learns_nothing_on_its_way_back_to_the_track() -> None
     assert min(p.setpoint.progress.cross_track_error_m for p in progress) > -0.05
 
 
+def test_led_beside_its_track_the_line_of_sight_learns_nothing() -> None:
+    """After 60 s on a way round traffic, 10 m aside, RescueRunner overshot its track by as much."""
+    guided = tracker(False)
+    guided.start(points((0, 0), (400, 0)), nav_state(0.0, 0.0, 0.0, 1.0), from_here=False)
+    for i in range(600):
+        guided.update(nav_state(0.1 * i, 3.0, 0.0, 1.0), 1.0, 0.1)
+    back = [guided.update(nav_state(60.0 + 0.1 * i, 0.0, 0.0, 1.0), 1.0, 0.1).setpoint.yaw_rad for i in range(60)]
+    assert back[-1] == pytest.approx(0.0, abs=0.1)
+
+
 def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     """WAM-V 16 turns at 8°/s; it gathered speed in the middle of its turns, and ran 3 m wide of the corners."""
 

@@ -80,6 +80,16 @@ def test_a_detour_leaves_at_45_degrees_to_its_side_and_comes_back(side: int) -> 
     assert costs == sorted(costs)
 
 
+def test_those_of_a_fast_boat_take_a_minute_and_no_sharp_corners() -> None:
+    route = ((0.0, 0.0), (0.0, 900.0))
+    found = [d for d in evasion.detours((0.0, 0.0), route, 20.0, (1,), speed_mps=8.0) if d.side]
+    assert max(d.length_m for d in found) == pytest.approx(60.0 * 8.0)
+    assert min(d.points[1][1] for d in found) >= 4.0 * 8.0
+    assert evasion.reach_m(8.0) == pytest.approx(0.8 * 60.0 * 8.0) and evasion.reach_m(1.0) == pytest.approx(
+        0.8 * 330.0
+    )
+
+
 def test_no_detour_goes_past_the_end_of_the_route() -> None:
     route = ((0.0, 0.0), (90.0, 0.0))
     line = LineString(route)

@@ -10,12 +10,14 @@ from typing import Any
 
 import pytest
 
+from companion.config.vessel import find, load
 from companion.core.decision import ModeId
 from companion.core.readings import AisTarget
 from companion.core.setpoint import PoseSetpoint
 from tests.unit.conftest import Boat
 from tests.unit.fence.test_guard import armed_in, fence, go
 
+JET = load(find("rescuerunner"))
 PATH = {"WP_SPEED": 1.0, "MPC_XY_VEL_MAX": 1.0}
 
 
@@ -243,6 +245,30 @@ def test_the_boat_comes_near_before_it_stops_for_a_vessel_at_rest(make_boat: Cal
     other = Other(boat, 150.0, 0.0, 0.0, 0.0)
     seen = sail(boat, [other], 180.0)
     assert CLEAR_M <= seen["gap_m"] < CLEAR_M + 35.0 and boat.nav.surge_mps < 0.05
+
+
+def fast(make_boat: Callable[..., Boat]) -> Any:
+    boat = make_boat(JET, **{**JET.parameters, "CA_ACTION": 3, "CA_DIST": 10.0, "WP_SPEED": 8.0})
+    boat.upload((1600.0, 0.0))
+    armed_in(boat, ModeId.MISSION)
+    boat.step(20.0)
+    return boat
+
+
+def test_a_fast_boat_goes_round_a_vessel_that_it_meets_late(make_boat: Callable[..., Boat]) -> None:
+    """Its detours ended 41 s ahead: RescueRunner stopped at 8 m/s for what it met a minute later, and the other passed
+    on the wrong side."""
+    boat = fast(make_boat)
+    other = Other(boat, boat.nav.north_m + 1050.0, 0.0, -6.0, 0.0)
+    seen = sail(boat, [other], 120.0)
+    assert seen["gap_m"] >= CLEAR_M and seen["slowest_mps"] > 5.0
+    assert seen["east_m"] > 10.0 and seen["west_m"] > -3.0
+
+
+def test_a_fast_boat_does_not_stop_for_good_before_a_vessel_at_rest(make_boat: Callable[..., Boat]) -> None:
+    boat = fast(make_boat)
+    seen = sail(boat, [Other(boat, boat.nav.north_m + 550.0, 2.0, 0.0, 0.0)], 120.0)
+    assert seen["gap_m"] >= CLEAR_M and boat.nav.north_m > 900.0 and abs(boat.nav.east_m) < 3.0
 
 
 def test_a_mission_replaced_on_the_way_around_is_sailed(make_boat: Callable[..., Boat]) -> None:
