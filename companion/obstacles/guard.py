@@ -17,7 +17,7 @@ import numpy as np
 from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.control.surge_governor import SurgeGovernor
-from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -49,6 +49,7 @@ from companion.obstacles.surroundings import Surroundings
 from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
+from companion.positioning.straight_astern import straight_astern
 
 _LOOK_S = 0.5
 _WAY_M = 150.0  # of the way ahead that is looked at
@@ -292,10 +293,7 @@ class ObstacleGuard:
         ahead."""
         if self._steers_astern:
             return PathSetpoint(nav.yaw_rad, -astern_mps, progress=progress)
-        hull = self._config.hull
-        gain = hull.m11_kg * self._parameters["PATH_BW_SURGE"]
-        astern_n = -gain * (astern_mps + nav.surge_mps) - hull.drag_n(astern_mps)
-        return WrenchSetpoint(Wrench(astern_n, 0.0, 0.0), progress)
+        return straight_astern(self._config.hull, self._parameters, nav, astern_mps, progress)
 
     def _stands(self, now_s: float) -> bool:
         """Whether the boat is kept from a way that is free: from where it stands, that way begins otherwise."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from companion.allocation.astern import stern_first_mps
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
 from companion.core.readings import ManualInput
@@ -17,6 +17,7 @@ from companion.guidance.bend_speed import steady_turn_radps
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 from companion.positioning.stop import Stop
+from companion.positioning.straight_astern import straight_astern
 
 _REST_MPS = 0.2  # along the hull: slow enough to hold where the boat is
 _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
@@ -74,9 +75,9 @@ class BowKeeper:
     One whose bow points down the stream goes astern first, where the turn would carry it over a fence, and holds where
     it has room; so does one that moves on as it turns, with a rudder or a lone thruster, before a fence near ahead.
 
-    Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift, whether the boat is
-    stopping, coming back or going astern first, how long it has gone round the point, and whether it lets itself be
-    carried.
+    Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift and whether it has
+    a direction, whether the boat is stopping, coming back or going astern first, how long it has gone round the point,
+    and whether it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
@@ -201,9 +202,8 @@ class BowKeeper:
         astern_mps = self._parameters["DP_SPEED_ASTERN"]
         if not self._needs_flow:
             return PathSetpoint(nav.yaw_rad, -astern_mps, progress=progress)
-        gain = self._hull.m11_kg * self._parameters["PATH_BW_SURGE"]
-        surge_n = -gain * (astern_mps + nav.surge_mps) - self._hull.drag_n(astern_mps)
-        return WrenchSetpoint(Wrench(surge_n, 0.0, 0.0), replace(progress, yaw_rad=nav.yaw_rad))
+        progress = replace(progress, yaw_rad=nav.yaw_rad)
+        return straight_astern(self._hull, self._parameters, nav, astern_mps, progress)
 
     def _goes_astern_first(self, nav: NavState) -> bool:
         """Whether the boat, with its bow down the stream, goes astern for room to turn: in the turn it would be carried

@@ -83,7 +83,7 @@ class PoseKeeper:
         self._fence = fence
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
-        self._going = (0.0, 0.0)  # where: its velocity in NED
+        self._velocity = (0.0, 0.0)  # of the reference (north, east)
         self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
         self._hurries = False  # a fence is too near for the stop
         self._braking: NavState | None = None  # the last state while the boat brakes
@@ -121,7 +121,7 @@ class PoseKeeper:
     def _begin(self, nav: NavState, place: tuple[float, float], yaw_rad: float) -> None:
         """Lead the reference from the boat's motion to a place."""
         nav = self._led(nav)
-        self._pose, self._going = (nav.north_m, nav.east_m, nav.yaw_rad), (0.0, 0.0)
+        self._pose, self._velocity = (nav.north_m, nav.east_m, nav.yaw_rad), (0.0, 0.0)
         self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
         self._reference.retarget(*place, yaw_rad)
 
@@ -145,16 +145,16 @@ class PoseKeeper:
             self._nudge(stick)
         setpoint = self._reference.update(dt_s, self._pace(nav))
         self._pose = (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad)
-        self._going = body_to_ned(setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rad)
+        self._velocity = body_to_ned(setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rad)
         return setpoint
 
     def _pace(self, nav: NavState) -> float:
         """Share of the reference's speeds that the boat keeps up with, by how far it lies behind."""
-        speed_mps = math.hypot(*self._going)
+        speed_mps = math.hypot(*self._velocity)
         if speed_mps < _GOES_MPS:
             return 1.0
         north_m, east_m = self._pose[0] - nav.north_m, self._pose[1] - nav.east_m
-        leads_m = (north_m * self._going[0] + east_m * self._going[1]) / speed_mps
+        leads_m = (north_m * self._velocity[0] + east_m * self._velocity[1]) / speed_mps
         too_far = (leads_m / self._length_m - _LEADS) / (_LEADS_MOST - _LEADS)
         return max(_SLOWEST, 1.0 - max(0.0, too_far))
 

@@ -22,7 +22,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
-from companion.core.estimate import Contact, NavState
+from companion.core.estimate import Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Setpoint, braked, desired_motion
@@ -38,7 +38,7 @@ from companion.traffic.watch import Conflict, TrafficWatch
 
 _OFF, _WARN, _SLOW, _ALTER = 0, 1, 2, 3  # values of CA_ACTION
 _CHECK_S = 1.0
-_WAY_M = 500.0  # of the route that is checked
+_WAY_M = 500.0  # of the route that is checked, by a slow boat
 _THIN_M = 2.0  # between the points of the route that are checked
 _BEYOND_M = 15.0  # of the route beyond a detour, which shapes the detour's end
 _OFF_ROUTE_M = 3.0  # from the detour's end: further off, the route has changed
@@ -261,9 +261,10 @@ class TrafficGuard:
         """Least clear water in m along a way, up to its end, or for CA_TIME and until the `urgent` ones would have
         passed a boat that stops; and whether it crosses ahead of a vessel that has the right of way."""
         nav, speed = inputs.nav, share * inputs.speed_mps
-        duration_s = max([self._parameters["CA_TIME"], *(_passed_s(c.contact, nav) for c in urgent)])
+        here = nav.north_m, nav.east_m
+        duration_s = max([self._parameters["CA_TIME"], *(_passed_s(c.contact, here) for c in urgent)])
         if share == 1.0 and speed > 0.0:
-            duration_s = max(duration_s, min(evasion.length_of(way), evasion.stretch(speed) * _WAY_M) / speed)
+            duration_s = max(duration_s, min(evasion.length_of(way), _way_m(speed)) / speed)
         t_s = evasion.time_steps(duration_s)
         ramp = evasion.SpeedRamp(math.hypot(nav.north_mps, nav.east_mps), speed, self._acceleration)
         places = evasion.places_along(way, ramp, t_s)
@@ -382,18 +383,20 @@ class TrafficGuard:
             self._events.say(now_s, kind, "traffic_action", text)
 
 
-def _passed_s(contact: Contact, nav: NavState) -> float:
-    """When a vessel has come nearest to where the boat is now, and gone on a little; at most _LONGEST_S."""
-    north_m, east_m = nav.north_m - contact.north_m, nav.east_m - contact.east_m
-    along_m2ps = north_m * contact.north_mps + east_m * contact.east_mps
-    if along_m2ps <= 0.0:
-        return 0.0
-    return min(_LONGEST_S, along_m2ps / contact.speed_mps**2 + _PASSED_S)
+def _passed_s(contact: Contact, here: evasion.Place) -> float:
+    """When a vessel has come nearest to a boat that lies here, and gone on a little; at most _LONGEST_S."""
+    _, nearest_s = colreg.closest_approach(here, (0.0, 0.0), contact)
+    return min(_LONGEST_S, nearest_s + _PASSED_S)
+
+
+def _way_m(speed_mps: float) -> float:
+    """How much of a way is checked."""
+    return evasion.stretch(speed_mps) * _WAY_M
 
 
 def _near_part(way: Sequence[evasion.Place], speed_mps: float) -> Sequence[evasion.Place]:
     """The part of a way that is checked."""
-    return evasion.thinned(evasion.first_part(way, evasion.stretch(speed_mps) * _WAY_M), _THIN_M) if way else ()
+    return evasion.thinned(evasion.first_part(way, _way_m(speed_mps)), _THIN_M) if way else ()
 
 
 def _is_on(point: evasion.Place, route: Sequence[evasion.Place]) -> bool:
