@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from companion.cli.common import UsageError
 from companion.config.vessel import VesselConfig
 from companion.core.microcontroller_frame import BoardStatus, Ident
 from companion.io.formats import LineFormat
-from companion.io.listening import PortListener, hear_out, listen
+from companion.io.listening import PortListener, hear_out, listen, real_time_s
 from companion.io.recognise import Recognised
 from companion.io.transport.opener import device_endpoint
 from companion.io.transport.port_names import PortName, named, ports
@@ -180,17 +180,21 @@ def _who(heartbeat: Any) -> str:
 # --- check --listen ------------------------------------------------------------------------------------------------
 
 
-def listen_to(config: VesselConfig, seconds: float) -> list[tuple[bool, str]]:
+def listen_to(
+    config: VesselConfig, seconds: float, wait: Callable[[], float] = real_time_s
+) -> list[tuple[bool, str]]:
     """Listen to each device of a vessel on a serial port: whether it is what the file says, and a line about it.
 
-    Writes to no port.
+    Writes to no port. `wait`: as of `hear_out`.
     """
     rows = [(row.name, row.driver, row.port) for row in config.sensors] + [
         (row.name, row.driver, row.port) for row in config.actuators
     ]
     endpoints = [(name, driver, port, device_endpoint(port)) for name, driver, port in rows]
     serial = [row for row in endpoints if row[3].scheme == "serial"]
-    listeners = hear_out([PortListener(Path(row[3].path), seconds, (row[3].baud,), row[3].options) for row in serial])
+    listeners = hear_out(
+        [PortListener(Path(row[3].path), seconds, (row[3].baud,), row[3].options) for row in serial], wait
+    )
     return [
         _judged(name, driver, port, listener)
         for (name, driver, port, _), listener in zip(serial, listeners, strict=True)

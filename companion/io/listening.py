@@ -9,7 +9,7 @@ import fcntl
 import os
 import termios
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from companion.io.recognise import Recogniser
@@ -29,9 +29,9 @@ _BUSY = (errno.EBUSY, errno.EAGAIN)
 class PortListener:
     """One port. `update(now_s)` until it is `done`; then `recogniser` holds what came in within `heard_s` at `baud`.
 
-    Where bytes are no messages at one speed, it tries the next. A line without bytes is silent at any speed. Remembers
-    the port's settings and restores them. `fault`: why the port cannot be listened to, with the remedy; None where it
-    can.
+    Where bytes are no messages at one speed, it tries the next. A line without bytes is silent at any speed. The first
+    message starts the count anew; where none follows it, that message is what was heard. Remembers the port's settings
+    and restores them. `fault`: why the port cannot be listened to, with the remedy; None where it can.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class PortListener:
         self._unknown: tuple[int, Recogniser] | None = None  # the first speed at which bytes came
         self.baud = self._bauds.pop(0)
         self.recogniser = Recogniser()
-        self._measuring = False
+        self._first: tuple[float, Recogniser] | None = None  # when the first message came, and what had come until then
         try:
             self._open()
         except (OSError, termios.error) as error:
@@ -72,14 +72,20 @@ class PortListener:
         with contextlib.suppress(OSError):
             self.recogniser.feed(os.read(self._descriptor, _CHUNK))
         self.heard_s = now_s - self._begun_s
-        if self._measuring or not self.recogniser.bytes:
+        if self._first is not None or not self.recogniser.bytes:
             if self.heard_s >= self._listen_s:
-                self.close()
+                self._conclude()
         elif self.recogniser.verdict is not None:
+            self._first = self.heard_s, self.recogniser
             self._begin(self.baud)
-            self._measuring = True
         elif self.heard_s >= _TRY_S or (self.heard_s >= _LEAST_S and self.recogniser.bytes >= _TRY_BYTES):
             self._next_speed()
+
+    def _conclude(self) -> None:
+        if self._first is not None and self.recogniser.verdict is None:
+            before_s, self.recogniser = self._first
+            self.heard_s += before_s
+        self.close()
 
     def close(self) -> None:
         """Restore the port's settings and close it."""
@@ -132,13 +138,19 @@ def listen(paths: Sequence[Path], listen_s: float) -> list[PortListener]:
     return hear_out([PortListener(path, listen_s) for path in paths])
 
 
-def hear_out(listeners: list[PortListener]) -> list[PortListener]:
-    """Update the listeners until all are done."""
+def real_time_s() -> float:
+    """Wait for the next turn of listening. Returns the clock's time then."""
+    time.sleep(_POLL_S)
+    return time.monotonic()
+
+
+def hear_out(listeners: list[PortListener], wait: Callable[[], float] = real_time_s) -> list[PortListener]:
+    """Update the listeners until all are done. `wait`: waits for the next turn, and returns the time then, s."""
     try:
         while not all(listener.done for listener in listeners):
-            time.sleep(_POLL_S)
+            now_s = wait()
             for listener in listeners:
-                listener.update(time.monotonic())
+                listener.update(now_s)
     finally:
         for listener in listeners:
             listener.close()

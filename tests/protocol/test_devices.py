@@ -10,9 +10,10 @@ import termios
 import threading
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -52,8 +53,9 @@ def vessel() -> VesselConfig:
 
 
 @contextmanager
-def plugged_in(folder: Path) -> Iterator[None]:
-    """The ReVolt's devices with a wind sensor, and others that say what `SPOKEN` has, in real time."""
+def plugged_in(folder: Path) -> Iterator[Callable[[float], None]]:
+    """The ReVolt's devices with a wind sensor, and others that say what `SPOKEN` has. Gives what advances them to a
+    time, s."""
     config = vessel()
     world = World(config, WorldConditions(seed=1, wind="4@45"))
     rows = [(row.name, row.port.split(":")[1]) for row in (*config.sensors, *config.actuators)]  # type: ignore[attr-defined]
@@ -63,27 +65,20 @@ def plugged_in(folder: Path) -> Iterator[None]:
     others = {name: device_port(PortUrl("serial", path=f"/dev/{name}"), folder) for name in SPOKEN}
     for end in others.values():
         end.plug()
-    stop, due_s = threading.Event(), dict.fromkeys(SPOKEN, 0.0)
-    begin_s = time.monotonic()
-
-    def speak() -> None:
-        while not stop.wait(0.01):
-            now_s = time.monotonic() - begin_s
-            plant.advance(now_s)
-            for name, end in others.items():
-                if now_s >= due_s[name]:
-                    due_s[name] += SPOKEN[name][1]
-                    end.give(SPOKEN[name][0])
-                written.extend(end.take())
-
+    due_s = dict.fromkeys(SPOKEN, 0.0)
     written = bytearray()
-    speaker = threading.Thread(target=speak)
-    speaker.start()
+
+    def advance(now_s: float) -> None:
+        plant.advance(now_s)
+        for name, end in others.items():
+            if now_s >= due_s[name]:
+                due_s[name] += SPOKEN[name][1]
+                end.give(SPOKEN[name][0])
+            written.extend(end.take())
+
     try:
-        yield
+        yield advance
     finally:
-        stop.set()
-        speaker.join()
         plant.close()
         for end in others.values():
             end.unplug()
@@ -92,22 +87,33 @@ def plugged_in(folder: Path) -> Iterator[None]:
     )
 
 
+@contextmanager
+def in_real_time(advance: Callable[[float], None]) -> Iterator[None]:
+    """Advance with the clock, in a thread."""
+    stop = threading.Event()
+    begin_s = time.monotonic()
+
+    def speak() -> None:
+        while not stop.wait(0.01):
+            advance(time.monotonic() - begin_s)
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        speaker.join()
+
+
 @pytest.mark.process
 def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
     ports = ["usv-gnss", "usv-imu", "usv-wind", "usv-mcu", *SPOKEN]
-    with plugged_in(tmp_path):
+    with plugged_in(tmp_path) as advance, in_real_time(advance):
         done = companion(
             "devices", "--seconds", "2.5", *(word for name in ports for word in ("--port", str(tmp_path / name)))
         )
-        file = tmp_path / "boat.toml"
-        text = find("revolt").read_text(encoding="utf-8").replace("serial:/dev/", f"serial:{tmp_path}/")
-        file.write_text(text, encoding="utf-8")
-        well = companion("check", "--listen", str(file))
-        file.write_text(
-            text.replace("usv-imu", "usv-x").replace("usv-gnss", "usv-imu").replace("usv-x", "usv-gnss"),
-            encoding="utf-8",
-        )
-        swapped = listen_to(load_vessel(str(file)), 1.0)
+        well = companion("check", "--listen", str(boat_file(tmp_path)))
     assert done.returncode == 0 and not done.stderr, done.stderr
     blocks = {block.split(" ", 1)[0].split("\n", 1)[0]: block for block in done.stdout.split("\n\n")[1:]}
     heard = {name: blocks[str(tmp_path / name)] for name in ports}
@@ -145,6 +151,17 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
 
     assert well.returncode == 0, well.stdout
     assert "gnss: " in well.stdout and "NMEA 0183 (G" in well.stdout and "MTData2 (attitude" in well.stdout
+
+
+def test_check_listen_names_devices_on_each_others_ports(tmp_path: Path) -> None:
+    file = boat_file(tmp_path)
+    text = file.read_text(encoding="utf-8")
+    file.write_text(
+        text.replace("usv-imu", "usv-x").replace("usv-gnss", "usv-imu").replace("usv-x", "usv-gnss"),
+        encoding="utf-8",
+    )
+    with plugged_in(tmp_path) as advance:
+        swapped = listen_to(load_vessel(str(file)), 1.0, turns(advance))
     (gnss_well, gnss), (imu_well, imu), (board_well, _) = swapped
     assert (
         not gnss_well
@@ -156,6 +173,26 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
         and "is the GNSS receiver plugged in here?" in imu
         and board_well
     )
+
+
+def boat_file(folder: Path) -> Path:
+    """The ReVolt's file with its ports in `folder`."""
+    file = folder / "boat.toml"
+    text = find("revolt").read_text(encoding="utf-8").replace("serial:/dev/", f"serial:{folder}/")
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def turns(advance: Callable[[float], None]) -> Callable[[], float]:
+    """A clock for `hear_out` that advances the devices itself, 0.02 s a turn."""
+    times_s = (0.02 * k for k in count(1))
+
+    def wait() -> float:
+        now_s = next(times_s)
+        advance(now_s)
+        return now_s
+
+    return wait
 
 
 def terminal(folder: Path) -> tuple[PtyPort, Path]:
@@ -180,6 +217,21 @@ def test_a_port_that_another_program_has_is_skipped(tmp_path: Path) -> None:
     assert listener.fault == "no such device"
     (listener,) = listen([tmp_path], 0.5)
     assert listener.fault == "no serial port"
+
+
+def test_a_device_heard_once_is_not_silent(tmp_path: Path) -> None:
+    """A sentence a minute, say: none comes in after the one that was recognised."""
+    end, path = terminal(tmp_path)
+    listener = PortListener(path, 1.0)
+    listener.update(0.0)
+    end.give(b"$WIMWV,214.8,R,0.1,K,A*28\r\n")
+    now_s = 0.0
+    while not listener.done:
+        now_s += 0.1
+        listener.update(now_s)
+    assert listener.recogniser.verdict is not None and listener.recogniser.verdict.device == "the wind sensor"
+    assert listener.heard_s == pytest.approx(1.1)
+    end.unplug()
 
 
 def test_speeds_are_tried_until_bytes_make_sense(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
