@@ -180,9 +180,7 @@ def _who(heartbeat: Any) -> str:
 # --- check --listen ------------------------------------------------------------------------------------------------
 
 
-def listen_to(
-    config: VesselConfig, seconds: float, wait: Callable[[], float] = real_time_s
-) -> list[tuple[bool, str]]:
+def listen_to(config: VesselConfig, seconds: float, wait: Callable[[], float] = real_time_s) -> list[tuple[bool, str]]:
     """Listen to each device of a vessel on a serial port: whether it is what the file says, and a line about it.
 
     Writes to no port. `wait`: as of `hear_out`.
