@@ -17,6 +17,7 @@ from companion.control.path_control import PathControl, turned_soon_rad
 from companion.control.planned_steps import planned_steps
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import SlowWind, force_of_air, wind_force
+from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
@@ -81,6 +82,7 @@ class Controller:
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
         self._mean_wind = MeanForce()
+        self._gusts = YawDisturbance(config, parameters)
         self._slow_wind = SlowWind()
         self._baseline = baseline
         self._by_baseline = False
@@ -123,6 +125,7 @@ class Controller:
         if not isinstance(setpoint, PoseSetpoint):
             self._positioning.restart()
             self._mean_wind.restart()
+            self._gusts.restart()
             self._by_baseline = False
         if not isinstance(setpoint, PathSetpoint):
             self._other_law = None
@@ -155,7 +158,8 @@ class Controller:
         return self._limited(self._against_wind_moment(wrench, nav))
 
     def _position(self, setpoint: PoseSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
-        """The wrench of dynamic positioning, by the law that DP_LAW chooses."""
+        """The wrench of dynamic positioning, by the law that DP_LAW chooses. To a moment that the gyro tells, the
+        heading need not be off before it is answered."""
         if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
@@ -163,7 +167,9 @@ class Controller:
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
         wind = wind_force(self._config.windage, self._config.length_m, nav)
-        x, y, n = self._mean_wind.update(wind, self._positioning.firmness, dt_s)
+        firmness = self._positioning.firmness
+        x, y, n = self._mean_wind.update(wind, firmness, dt_s)
+        n += firmness.yaw * self._gusts.update(nav, achieved.yaw_nm + wind[2], dt_s)
         return self._limited(Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n))
 
     def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
@@ -243,6 +249,7 @@ class Controller:
     def _position_by_baseline(self, law: PositioningLaw, setpoint: PoseSetpoint, nav: NavState, dt_s: float) -> Wrench:
         """The wrench of the thesis's law, which uses neither the wind nor the achieved wrench."""
         self._positioning.restart()
+        self._gusts.restart()
         if not self._by_baseline:
             law.start(*self._bias.in_body(nav.yaw_rad))
         self._by_baseline = True

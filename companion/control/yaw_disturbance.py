@@ -1,0 +1,60 @@
+"""The moment on the hull that model, thrust and measured wind do not explain, by the gyro: gusts, wind from another side
+as the boat turns, the model's error.
+
+The loop would answer it when the heading is off already, and softly, since the lag of the thrust bounds its bandwidth.
+An observer that is told the thrusters' moment knows it within a second: M33 ṙ̂ = N_known + d̂ + 2ω M33 (r − r̂),
+d̂' = ω² M33 (r − r̂). What lasts is left to the integral (`companion.control.bias`).
+"""
+
+from __future__ import annotations
+
+from companion.config.vessel import VesselConfig
+from companion.control.model import coriolis, damping
+from companion.core.estimate import NavState
+from companion.core.frames import ned_to_body
+from companion.params.store import Parameters
+
+_FASTER = 2.6  # the observer's bandwidth, times DP_BW_YAW
+_MOST_SHARE = 0.3  # of the yaw limit: more is a quay, or a rope
+
+
+class YawDisturbance:
+    """Call `update` every cycle. Remembers the observer's rate of turn and moment, and the mean of the moment."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._hull, self._parameters = config.hull, parameters
+        self._most_nm = _MOST_SHARE * config.limits.yaw_nm
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin with the next update."""
+        self._rate_radps: float | None = None
+        self._moment_nm = self._mean_nm = 0.0
+
+    def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
+        """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
+        the last cycle."""
+        before = self._rate_radps
+        if before is None or dt_s <= 0.0:
+            self._rate_radps = nav.yaw_rate_radps
+            return 0.0
+        loop_radps, m33 = self._parameters["DP_BW_YAW"], self._hull.m33_kgm2
+        follows = min(_FASTER * loop_radps, 0.5 / dt_s)
+        error = nav.yaw_rate_radps - before
+        explained = (known_nm - self._resisting_nm(nav) + self._moment_nm) / m33
+        self._rate_radps = before + (explained + 2.0 * follows * error) * dt_s
+        self._moment_nm = self._bounded(self._moment_nm + m33 * follows * follows * error * dt_s)
+        learns = self._parameters["DP_INTEGRAL"] * loop_radps * dt_s
+        self._mean_nm += learns / (1.0 + learns) * (self._moment_nm - self._mean_nm)
+        return self._moment_nm - self._mean_nm
+
+    def _bounded(self, moment_nm: float) -> float:
+        return min(self._most_nm, max(-self._most_nm, moment_nm))
+
+    def _resisting_nm(self, nav: NavState) -> float:
+        """What the water takes, by the model, in the current as far as it is known."""
+        u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
+        if nav.current_north_mps is not None and nav.current_east_mps is not None:
+            x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
+            u, v = u - x, v - y
+        return coriolis(self._hull, u, v, r)[2] + damping(self._hull, u, v, r)[2]
