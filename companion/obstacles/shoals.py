@@ -23,6 +23,8 @@ _STALE_S = 5.0
 _TRACK_M, _STEP_M = 12.0, 0.5  # length of track over which the slope counts, and between its samples
 _LEAST_SAMPLES = 6
 _LEAST_SQUARE_M2 = 1.0
+_RISES = 0.02  # slope of a bottom that surely rises
+_LEVEL_SHARE = 0.02  # of the track's spread, that speaks for a level bottom across it
 _SHALLOW_S = 0.4  # for that long, before it counts: fish and bubbles
 _GROWTH = 1.5
 _AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
@@ -81,7 +83,7 @@ class Shoals:
             if last is None or math.dist(last[:2], (nav.north_m, nav.east_m)) >= _STEP_M:
                 self._track.append((nav.north_m, nav.east_m, depth.below_transducer_m))
         self._mind_course(nav)
-        self._left_m = self._way_left_m(depth.below_transducer_m - least_m, nav)
+        self._left_m = self._way_left_m(depth.below_transducer_m - least_m)
         self.way_m = max(0.0, self._left_m - self._ahead_m)
         if depth.below_transducer_m >= least_m and self.way_m > _MET_M:
             self._shallow_s = self.shallow_m = None
@@ -122,13 +124,16 @@ class Shoals:
         if speed >= _MOVES_MPS:
             self._course = nav.north_mps / speed, nav.east_mps / speed
 
-    def _way_left_m(self, water_m: float, nav: NavState) -> float:
-        """By the slope of the bottom along the boat's course, the last one of a boat that has stopped."""
+    def _way_left_m(self, water_m: float) -> float:
+        """By the slope of the bottom along the boat's course, the last one of a boat that has stopped. Where the water is
+        too shallow already, what counts is the bottom near by: the boat has to leave."""
         if len(self._track) < _LEAST_SAMPLES or self._course is None:
             return math.inf
         samples = np.asarray(self._track)
-        slope = min(_slope(samples, nav, self._course), _slope(samples[-_LEAST_SAMPLES:], nav, self._course))
-        return water_m / -slope if slope < -1e-3 else math.inf
+        slope = _slope(samples[-_LEAST_SAMPLES:], self._course)
+        if water_m > 0.0:
+            slope = min(slope, _slope(samples, self._course))
+        return water_m / -slope if slope < (-1e-3 if water_m > 0.0 else -_RISES) else math.inf
 
     def _meet(self, nav: NavState, now_s: float) -> None:
         """A shoal before the bow: the boat lies at the edge of its circle."""
@@ -150,9 +155,13 @@ class Shoals:
         self._shoals = [*self._shoals, _Shoal(north_m, east_m, radius_m, now_s)][-_MOST:]
 
 
-def _slope(samples: Floats, nav: NavState, course: tuple[float, float]) -> float:
-    """Change of depth for each metre along the course; 0 for a track too short to tell."""
-    along = (samples[:, 0] - nav.north_m) * course[0] + (samples[:, 1] - nav.east_m) * course[1]
-    along -= along.mean()
-    square = float(along @ along)
-    return float(along @ samples[:, 2]) / square if square > _LEAST_SQUARE_M2 else 0.0
+def _slope(samples: Floats, course: tuple[float, float]) -> float:
+    """Change of depth for each metre along the course, by the plane that fits the samples best; across a straight track
+    that is level. 0 for a track too short to tell."""
+    north, east, depth = (samples - samples.mean(axis=0)).T
+    nn, ee, ne = float(north @ north), float(east @ east), float(north @ east)
+    if nn + ee < _LEAST_SQUARE_M2:
+        return 0.0
+    nn, ee = nn + _LEVEL_SHARE * (nn + ee), ee + _LEVEL_SHARE * (nn + ee)
+    nd, ed = float(north @ depth), float(east @ depth)
+    return ((ee * nd - ne * ed) * course[0] + (nn * ed - ne * nd) * course[1]) / (nn * ee - ne * ne)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -53,6 +54,27 @@ def test_way_is_left_where_the_bottom_does_not_rise() -> None:
     assert watch.way_along_m((1.0, 0.0)) == pytest.approx(1.0, abs=0.1), "at rest too"
     assert watch.way_along_m((math.sqrt(0.5), math.sqrt(0.5))) == pytest.approx(2.0 * math.sqrt(2.0) - 1.0, abs=0.2)
     assert math.isinf(watch.way_along_m((-1.0, 0.0))) and math.isinf(watch.way_along_m((0.0, 1.0)))
+
+
+def test_a_boat_that_turned_on_a_bank_may_leave_it() -> None:
+    """It came round the bank from the east, was set onto it from the west, and lies there with its bow to the west. By
+    the depths along its course alone, the bottom would rise to the west as well: it lay there for two minutes."""
+    way = (
+        (62.8, -7.6), (61.3, -8.0), (59.9, -8.3), (59.3, -8.9), (59.4, -9.9), (60.2, -11.3), (61.4, -12.5), (62.8, -13.2),
+        (64.4, -13.6), (65.7, -13.5), (66.7, -13.0), (67.2, -12.5), (66.9, -12.1), (66.6, -11.8), (66.5, -11.5), (66.6, -11.8),
+    )  # fmt: skip
+
+    def bottom_m(north_m: float, east_m: float) -> float:
+        return 0.48 * math.hypot(north_m - 66.4, east_m + 10.1)
+
+    watch, t_s = shoals(1.2, 1.4), 0.0
+    for (n0, e0), (n1, e1) in itertools.pairwise(way):
+        for share in (0.0, 0.25, 0.5, 0.75):
+            t_s += 0.5
+            north_m, east_m = n0 + share * (n1 - n0), e0 + share * (e1 - e0)
+            nav = replace(AT_REST, north_m=north_m, east_m=east_m, north_mps=0.5 * (n1 - n0), east_mps=0.5 * (e1 - e0))
+            watch.update(Depth(t_s, "sounder", bottom_m(north_m, east_m)), nav, t_s)
+    assert watch.shallow_m is not None and math.isinf(watch.way_along_m((0.0, -1.0)))
 
 
 def test_a_level_bottom_and_a_parameter_of_0_ask_for_nothing() -> None:

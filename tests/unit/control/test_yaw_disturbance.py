@@ -1,0 +1,92 @@
+"""The observer of moments against a hull with the model's own equation of yaw; the heading in a closed loop."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from companion.allocation.allocator import Allocator
+from companion.baselines.controller_choice import controller_with_baselines
+from companion.control.model import coriolis, damping
+from companion.control.yaw_disturbance import YawDisturbance
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.frames import ned_to_body
+from companion.core.setpoint import PoseSetpoint
+from companion.params.store import Parameters
+from companion.safety import Gate
+from tests.unit.control.simple_boat import BOW_DOWN, REVOLT, SimpleBoat, nav_state
+
+DT_S = 0.1
+HULL = REVOLT.hull
+
+
+def observer(**values: float) -> YawDisturbance:
+    parameters = Parameters(REVOLT.parameters)
+    for name, value in values.items():
+        assert parameters.set(name, value) is None
+    return YawDisturbance(REVOLT, parameters)
+
+
+def observed(moment_nm: float, seconds: float, current: tuple[float, float] | None = None, **values: float) -> float:
+    """What is told of a moment on a hull that turns by it and by known moments, in a current from abeam."""
+    gusts, rate, yaw, told = observer(**values), 0.0, 0.3, 0.0
+    known = 0.0
+    for k in range(round(seconds / DT_S)):
+        x, y = (0.0, 0.0) if current is None else ned_to_body(*current, yaw)
+        told = gusts.update(nav_state(yaw_rad=yaw, yaw_rate_radps=rate, current=current), known, DT_S)
+        known = 2.0 * math.sin(0.5 * k * DT_S)
+        resisting = coriolis(HULL, -x, -y, rate)[2] + damping(HULL, -x, -y, rate)[2]
+        rate += DT_S * (known + moment_nm - resisting) / HULL.m33_kgm2
+        yaw += DT_S * rate
+    return told
+
+
+def test_a_moment_is_known_after_two_seconds() -> None:
+    assert observed(1.5, 3.0, DP_INTEGRAL=0.0) == pytest.approx(1.5, rel=0.15)
+    assert observed(0.0, 3.0, DP_INTEGRAL=0.0) == pytest.approx(0.0, abs=0.1)
+
+
+def test_the_moment_of_a_known_current_is_none() -> None:
+    assert observed(0.0, 3.0, current=(0.25, 0.0), DP_INTEGRAL=0.0) == pytest.approx(0.0, abs=0.1)
+
+
+def test_what_lasts_is_left_to_the_integral() -> None:
+    assert abs(observed(1.5, 90.0)) < 0.15
+
+
+def test_a_quay_does_not_wind_it_up() -> None:
+    """The hull does not turn, whatever the thrusters give."""
+    gusts = observer(DP_INTEGRAL=0.0)
+    told = [gusts.update(nav_state(), 1000.0, DT_S) for _ in range(600)]
+    assert min(told) == -0.3 * REVOLT.limits.yaw_nm
+
+
+def largest_heading_rad(seed: int, gusts_nm: float) -> float:
+    """ReVolt in Hold, in a moment that comes and goes like gusts."""
+    rng, boat, parameters = random.Random(seed), SimpleBoat(), Parameters(REVOLT.parameters)
+    controller, allocator, gate = (
+        controller_with_baselines(REVOLT, parameters),
+        Allocator(REVOLT, parameters),
+        Gate(REVOLT),
+    )
+    achieved, gust, largest = ZERO_WRENCH, 0.0, 0.0
+    for k in range(900):
+        gust += -0.2 * DT_S * gust + gusts_nm * math.sqrt(0.4 * DT_S) * rng.gauss(0.0, 1.0)
+        boat.moment_nm = gust
+        allocation = allocator.update(
+            controller.update(PoseSetpoint(0.0, 0.0, 0.0), boat.nav(), achieved, DT_S), DT_S
+        )
+        achieved = allocation.achieved
+        boat.sail(gate.update(allocation, True, boat.t_s, DT_S, True, BOW_DOWN), DT_S)
+        if k > 300:
+            largest = max(largest, abs(boat.yaw_rad))
+    return largest
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gusts_turn_the_boat_less(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = largest_heading_rad(seed, 1.0)
+    monkeypatch.setattr(YawDisturbance, "update", lambda *_: 0.0)
+    assert now < 0.75 * largest_heading_rad(seed, 1.0)
