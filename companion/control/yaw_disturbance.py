@@ -1,9 +1,9 @@
-"""The moment on the hull that model, thrust and measured wind do not explain, by the gyro: gusts, wind from another side
-as the boat turns, the model's error.
+"""The moment on the hull that model, thrust and measured wind do not explain, by the gyro: gusts, wind from another
+side as the boat turns, the model's error.
 
 The loop would answer it when the heading is off already, and softly, since the lag of the thrust bounds its bandwidth.
-An observer that is told the thrusters' moment knows it within a second: M33 ṙ̂ = N_known + d̂ + 2ω M33 (r − r̂),
-d̂' = ω² M33 (r − r̂). What lasts is left to the integral (`companion.control.bias`).
+An observer of the momentum h = M33 r + M32 v that is told the thrusters' moment knows it within a second or two:
+ĥ' = N_known + d̂ + 2ω (h − ĥ), d̂' = ω² (h − ĥ). What lasts is left to the integral (`companion.control.bias`).
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.params.store import Parameters
 
-_FASTER = 2.6  # the observer's bandwidth, times DP_BW_YAW
+_FASTER = 2.0  # the observer's bandwidth, times DP_BW_YAW
 _MOST_SHARE = 0.3  # of the yaw limit: more is a quay, or a rope
 
 
 class YawDisturbance:
-    """Call `update` every cycle. Remembers the observer's rate of turn and moment, and the mean of the moment."""
+    """Call `update` every cycle. Remembers the observer's momentum and moment, and the mean of the moment."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull, self._parameters = config.hull, parameters
@@ -28,22 +28,23 @@ class YawDisturbance:
 
     def restart(self) -> None:
         """Begin with the next update."""
-        self._rate_radps: float | None = None
+        self._momentum_nms: float | None = None
         self._moment_nm = self._mean_nm = 0.0
 
     def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
         the last cycle."""
-        before = self._rate_radps
+        hull, before = self._hull, self._momentum_nms
+        m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
+        now = hull.m33_kgm2 * nav.yaw_rate_radps + m32 * nav.sway_mps
         if before is None or dt_s <= 0.0:
-            self._rate_radps = nav.yaw_rate_radps
+            self._momentum_nms = now
             return 0.0
-        loop_radps, m33 = self._parameters["DP_BW_YAW"], self._hull.m33_kgm2
-        follows = min(_FASTER * loop_radps, 0.5 / dt_s)
-        error = nav.yaw_rate_radps - before
-        explained = (known_nm - self._resisting_nm(nav) + self._moment_nm) / m33
-        self._rate_radps = before + (explained + 2.0 * follows * error) * dt_s
-        self._moment_nm = self._bounded(self._moment_nm + m33 * follows * follows * error * dt_s)
+        loop_radps = self._parameters["DP_BW_YAW"]
+        follows, error = min(_FASTER * loop_radps, 0.5 / dt_s), now - before
+        gained_nm = known_nm - self._resisting_nm(nav) + self._moment_nm
+        self._momentum_nms = before + (gained_nm + 2.0 * follows * error) * dt_s
+        self._moment_nm = self._bounded(self._moment_nm + follows * follows * error * dt_s)
         learns = self._parameters["DP_INTEGRAL"] * loop_radps * dt_s
         self._mean_nm += learns / (1.0 + learns) * (self._moment_nm - self._mean_nm)
         return self._moment_nm - self._mean_nm
@@ -52,9 +53,11 @@ class YawDisturbance:
         return min(self._most_nm, max(-self._most_nm, moment_nm))
 
     def _resisting_nm(self, nav: NavState) -> float:
-        """What the water takes, by the model, in the current as far as it is known."""
+        """What the water takes, by the model, in the current as far as it is known: where no wind is measured, the
+        estimate has the wind's push in it."""
         u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
-        if nav.current_north_mps is not None and nav.current_east_mps is not None:
+        measured = nav.wind_speed_mps is not None
+        if measured and nav.current_north_mps is not None and nav.current_east_mps is not None:
             x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
             u, v = u - x, v - y
         return coriolis(self._hull, u, v, r)[2] + damping(self._hull, u, v, r)[2]

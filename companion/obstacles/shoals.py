@@ -125,8 +125,8 @@ class Shoals:
             self._course = nav.north_mps / speed, nav.east_mps / speed
 
     def _way_left_m(self, water_m: float) -> float:
-        """By the slope of the bottom along the boat's course, the last one of a boat that has stopped. Where the water is
-        too shallow already, what counts is the bottom near by: the boat has to leave."""
+        """By the slope of the bottom along the boat's course, the last one of a boat that has stopped. Where the water
+        is too shallow already, what counts is the bottom near by: the boat has to leave."""
         if len(self._track) < _LEAST_SAMPLES or self._course is None:
             return math.inf
         samples = np.asarray(self._track)

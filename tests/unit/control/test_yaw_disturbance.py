@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 
 import pytest
 
@@ -29,13 +30,21 @@ def observer(**values: float) -> YawDisturbance:
     return YawDisturbance(REVOLT, parameters)
 
 
-def observed(moment_nm: float, seconds: float, current: tuple[float, float] | None = None, **values: float) -> float:
-    """What is told of a moment on a hull that turns by it and by known moments, in a current from abeam."""
+def observed(
+    moment_nm: float,
+    seconds: float,
+    current: tuple[float, float] | None = None,
+    flows: bool = True,
+    wind: tuple[float, float] | None = (0.0, 0.0),
+    **values: float,
+) -> float:
+    """What is told of a moment on a hull that turns by it and by known moments. `flows`: the estimated current is
+    there."""
     gusts, rate, yaw, told = observer(**values), 0.0, 0.3, 0.0
     known = 0.0
     for k in range(round(seconds / DT_S)):
-        x, y = (0.0, 0.0) if current is None else ned_to_body(*current, yaw)
-        told = gusts.update(nav_state(yaw_rad=yaw, yaw_rate_radps=rate, current=current), known, DT_S)
+        x, y = (0.0, 0.0) if current is None or not flows else ned_to_body(*current, yaw)
+        told = gusts.update(nav_state(yaw_rad=yaw, yaw_rate_radps=rate, current=current, wind=wind), known, DT_S)
         known = 2.0 * math.sin(0.5 * k * DT_S)
         resisting = coriolis(HULL, -x, -y, rate)[2] + damping(HULL, -x, -y, rate)[2]
         rate += DT_S * (known + moment_nm - resisting) / HULL.m33_kgm2
@@ -43,13 +52,31 @@ def observed(moment_nm: float, seconds: float, current: tuple[float, float] | No
     return told
 
 
-def test_a_moment_is_known_after_two_seconds() -> None:
+def test_a_moment_is_known_after_some_seconds() -> None:
     assert observed(1.5, 3.0, DP_INTEGRAL=0.0) == pytest.approx(1.5, rel=0.15)
     assert observed(0.0, 3.0, DP_INTEGRAL=0.0) == pytest.approx(0.0, abs=0.1)
 
 
 def test_the_moment_of_a_known_current_is_none() -> None:
     assert observed(0.0, 3.0, current=(0.25, 0.0), DP_INTEGRAL=0.0) == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_current_that_may_be_the_push_of_an_unmeasured_wind_is_not_used() -> None:
+    """CyberShip II, pushed by 1.5 N, took the moment of half a metre a second for one on its hull: 6° off."""
+    estimated = {"current": (0.25, 0.0), "flows": False}
+    assert observed(0.0, 3.0, **estimated, wind=None, DP_INTEGRAL=0.0) == pytest.approx(0.0, abs=0.1)  # type: ignore[arg-type]
+    assert abs(observed(0.0, 3.0, **estimated, DP_INTEGRAL=0.0)) > 0.5  # type: ignore[arg-type]
+
+
+def test_sway_that_turns_the_hull_by_its_added_mass_is_explained() -> None:
+    hull = replace(HULL, m23_kgm=20.0, m32_kgm=20.0)
+    gusts = YawDisturbance(replace(REVOLT, hull=hull), Parameters(REVOLT.parameters))
+    told = []
+    for k in range(60):
+        sway, rate = 0.02 * k * DT_S, -20.0 * 0.02 * k * DT_S / hull.m33_kgm2
+        resisting = coriolis(hull, 0.0, sway, rate)[2] + damping(hull, 0.0, sway, rate)[2]
+        told.append(gusts.update(nav_state(sway_mps=sway, yaw_rate_radps=rate), resisting, DT_S))
+    assert max(map(abs, told)) < 0.02
 
 
 def test_what_lasts_is_left_to_the_integral() -> None:
@@ -75,9 +102,7 @@ def largest_heading_rad(seed: int, gusts_nm: float) -> float:
     for k in range(900):
         gust += -0.2 * DT_S * gust + gusts_nm * math.sqrt(0.4 * DT_S) * rng.gauss(0.0, 1.0)
         boat.moment_nm = gust
-        allocation = allocator.update(
-            controller.update(PoseSetpoint(0.0, 0.0, 0.0), boat.nav(), achieved, DT_S), DT_S
-        )
+        allocation = allocator.update(controller.update(PoseSetpoint(0.0, 0.0, 0.0), boat.nav(), achieved, DT_S), DT_S)
         achieved = allocation.achieved
         boat.sail(gate.update(allocation, True, boat.t_s, DT_S, True, BOW_DOWN), DT_S)
         if k > 300:
