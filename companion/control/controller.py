@@ -169,7 +169,9 @@ class Controller:
         wind = wind_force(self._config.windage, self._config.length_m, nav)
         firmness = self._positioning.firmness
         x, y, n = self._mean_wind.update(wind, firmness, dt_s)
-        n += firmness.yaw * self._gusts.update(nav, achieved.yaw_nm + wind[2], dt_s)
+        told_nm = self._gusts.update(nav, achieved.yaw_nm + wind[2], dt_s)
+        if not setpoint.bow_on:  # a boat that is driven off has no thrust to spare for the heading
+            n += firmness.yaw * told_nm
         return self._limited(Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n))
 
     def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:

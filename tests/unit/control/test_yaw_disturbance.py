@@ -90,6 +90,23 @@ def test_a_quay_does_not_wind_it_up() -> None:
     assert min(told) == -0.3 * REVOLT.limits.yaw_nm
 
 
+def demand_of_a_gust(bow_on: bool) -> float:
+    """After the boat has begun to turn without thrust."""
+    controller = controller_with_baselines(REVOLT, Parameters(REVOLT.parameters))
+    setpoint, demand = PoseSetpoint(0.0, 0.0, 0.0, bow_on=bow_on), ZERO_WRENCH
+    for k in range(20):
+        demand = controller.update(setpoint, nav_state(yaw_rate_radps=0.002 * k), ZERO_WRENCH, DT_S)
+    return demand.yaw_nm
+
+
+def test_a_boat_that_is_driven_off_does_not_answer_gusts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has no thrust to spare: ÅBOAT with one pod left was carried 11 m off, in place of 10 m."""
+    answers, driven_off = demand_of_a_gust(False), demand_of_a_gust(True)
+    monkeypatch.setattr(YawDisturbance, "update", lambda *_: 0.0)
+    assert demand_of_a_gust(True) == driven_off
+    assert answers < 1.2 * demand_of_a_gust(False) < 0.0
+
+
 def largest_heading_rad(seed: int, gusts_nm: float) -> float:
     """ReVolt in Hold, in a moment that comes and goes like gusts."""
     rng, boat, parameters = random.Random(seed), SimpleBoat(), Parameters(REVOLT.parameters)
