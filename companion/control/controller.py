@@ -158,8 +158,8 @@ class Controller:
         return self._limited(self._against_wind_moment(wrench, nav))
 
     def _position(self, setpoint: PoseSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
-        """The wrench of dynamic positioning, by the law that DP_LAW chooses. To a moment that the gyro tells, the
-        heading need not be off before it is answered."""
+        """The wrench of dynamic positioning, by the law that DP_LAW chooses; a moment that the gyro tells is answered
+        before the heading is off."""
         if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
