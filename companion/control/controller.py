@@ -99,6 +99,7 @@ class Controller:
     def reset(self) -> None:
         """Forget the bias force."""
         self._bias.reset()
+        self._gusts.restart()
         self._demanded = None
 
     def set_turn_rate(self, index: int, rate_radps: float) -> None:

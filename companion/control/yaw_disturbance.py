@@ -8,6 +8,8 @@ An observer of the momentum h = M33 r + M32 v that is told the thrusters' moment
 
 from __future__ import annotations
 
+import math
+
 from companion.config.vessel import VesselConfig
 from companion.control.model import coriolis, damping
 from companion.core.estimate import NavState
@@ -33,10 +35,13 @@ class YawDisturbance:
 
     def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
-        the last cycle."""
+        the last cycle; one that is not finite begins anew."""
         hull, before = self._hull, self._momentum_nms
         m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
         now = hull.m33_kgm2 * nav.yaw_rate_radps + m32 * nav.sway_mps
+        if not math.isfinite(known_nm + now):
+            self.restart()
+            return 0.0
         if before is None or dt_s <= 0.0:
             self._momentum_nms = now
             return 0.0

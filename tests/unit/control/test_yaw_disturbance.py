@@ -90,6 +90,14 @@ def test_a_quay_does_not_wind_it_up() -> None:
     assert min(told) == -0.3 * REVOLT.limits.yaw_nm
 
 
+def test_a_moment_that_is_no_number_is_forgotten() -> None:
+    gusts = observer()
+    for known in (0.0, 3.0, math.nan, 0.0, 0.0, 0.0):
+        told = gusts.update(nav_state(), known, DT_S)
+        assert math.isfinite(told)
+    assert told == 0.0
+
+
 def demand_of_a_gust(bow_on: bool) -> float:
     """After the boat has begun to turn without thrust."""
     controller = controller_with_baselines(REVOLT, Parameters(REVOLT.parameters))
