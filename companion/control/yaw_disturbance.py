@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from companion.config.vessel import VesselConfig
-from companion.control.model import coriolis, damping
+from companion.control.model import force_for
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.params.store import Parameters
@@ -65,4 +65,4 @@ class YawDisturbance:
         if measured and nav.current_north_mps is not None and nav.current_east_mps is not None:
             x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
             u, v = u - x, v - y
-        return coriolis(self._hull, u, v, r)[2] + damping(self._hull, u, v, r)[2]
+        return force_for(self._hull, u, v, r, 0.0, 0.0, 0.0).yaw_nm
