@@ -27,7 +27,7 @@ def dynamics(config: HullConfig) -> Dynamics:
     stands for m23, so that C does no work. Damping as in `DampingConfig`, resistance as in `HullConfig`.
     """
     m11, m22, m33, m23 = config.m11_kg, config.m22_kg, config.m33_kgm2, config.m23_kgm
-    m32 = m23 if config.m32_kgm is None else config.m32_kgm
+    m32 = config.yaw_coupling_kgm
     coupling = 0.5 * (m23 + m32)
     determinant = m22 * m33 - m23 * m32
     i11, i22, i23, i32, i33 = 1.0 / m11, m33 / determinant, -m23 / determinant, -m32 / determinant, m22 / determinant

@@ -95,7 +95,7 @@ def regression(law: str, hull: HullConfig, boat: WaveHull) -> Derivatives:
 
 def own_derivatives(hull: HullConfig) -> Derivatives:
     """What C(ν)ν of the plant gives by itself, by the definition of `Derivatives`."""
-    coupling = hull.m23_kgm if hull.m32_kgm is None else 0.5 * (hull.m23_kgm + hull.m32_kgm)
+    coupling = 0.5 * (hull.m23_kgm + hull.yaw_coupling_kgm)
     return Derivatives(0.0, mass_kg(hull) - hull.m11_kg, hull.m11_kg - hull.m22_kg, -coupling)
 
 

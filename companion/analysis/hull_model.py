@@ -90,7 +90,7 @@ class HullModel:
         fixed = {*own, *((COUPLING,) if hull.m23_kgm != 0.0 else ())}
         groups = (tuple(name for name in group if name not in fixed) for group in CANDIDATES)
         self.candidates = tuple(group for group in groups if group)
-        self._skew = 0.0 if hull.m32_kgm is None else hull.m32_kgm - hull.m23_kgm
+        self._skew = hull.yaw_coupling_kgm - hull.m23_kgm
         # Waves carry the hull to and fro, but do not flow past it: forces are those of the calm velocities.
         self.calm = self.band.calm(manoeuvre.velocity)
         self._lag_s = self._axes_at = math.nan

@@ -91,6 +91,11 @@ class HullConfig:
         means("Speed at full thrust, where it is known: it makes the damping ahead more certain."),
     ] = None
 
+    @property
+    def yaw_coupling_kgm(self) -> float:
+        """M32: that of the file, or M23."""
+        return self.m23_kgm if self.m32_kgm is None else self.m32_kgm
+
     def drag_n(self, surge_mps: float) -> float:
         """Resistance ahead in N at that speed; negative astern."""
         d, speed = self.damping, abs(surge_mps)

@@ -479,7 +479,7 @@ def _links_used_twice(links: Sequence[str]) -> list[Problem]:
 
 
 def _inertia_problems(hull: HullConfig) -> list[Problem]:
-    if hull.m22_kg * hull.m33_kgm2 > hull.m23_kgm * (hull.m32_kgm or hull.m23_kgm):
+    if hull.m22_kg * hull.m33_kgm2 > hull.m23_kgm * hull.yaw_coupling_kgm:
         return []
     return [(("hull", "m23_kgm"), "the inertia matrix is not positive definite")]
 

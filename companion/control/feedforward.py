@@ -35,12 +35,11 @@ def as_printed(hull: HullConfig, model: ThesisModelConfig, setpoint: PoseSetpoin
     + S(r)Rᵀη̇ (4.14)."""
     u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
     ax, ay = setpoint.surge_mps2 - 2.0 * r * v, setpoint.sway_mps2 + 2.0 * r * u
-    m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
     lateral = (2.0 * model.mass_kg - hull.m22_kg) * v - hull.m23_kgm * r
     axial = (2.0 * model.mass_kg - hull.m11_kg) * u
     dx, dy, dn = damping(HullConfig(hull.m11_kg, hull.m22_kg, hull.m33_kgm2, damping=model.damping), u, v, r)
     return Wrench(
         hull.m11_kg * ax - lateral * r + dx,
         hull.m22_kg * ay + hull.m23_kgm * setpoint.yaw_radps2 + axial * r + dy,
-        m32 * ay + hull.m33_kgm2 * setpoint.yaw_radps2 + lateral * u - axial * v + dn,
+        hull.yaw_coupling_kgm * ay + hull.m33_kgm2 * setpoint.yaw_radps2 + lateral * u - axial * v + dn,
     )

@@ -37,13 +37,12 @@ def force_for(
     yaw_radps2: float,
 ) -> Wrench:
     """The wrench for a velocity and an acceleration, in body axes: τ = M ν̇ + C(ν) ν + D(ν) ν."""
-    m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
     cx, cy, cn = coriolis(hull, surge_mps, sway_mps, yaw_rate_radps)
     dx, dy, dn = damping(hull, surge_mps, sway_mps, yaw_rate_radps)
     return Wrench(
         hull.m11_kg * surge_mps2 + cx + dx,
         hull.m22_kg * sway_mps2 + hull.m23_kgm * yaw_radps2 + cy + dy,
-        m32 * sway_mps2 + hull.m33_kgm2 * yaw_radps2 + cn + dn,
+        hull.yaw_coupling_kgm * sway_mps2 + hull.m33_kgm2 * yaw_radps2 + cn + dn,
     )
 
 

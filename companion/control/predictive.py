@@ -56,8 +56,7 @@ class PredictiveControl:
         self._most = np.array([limits.surge_n, limits.sway_n, limits.yaw_nm])
         self._parameters = parameters
         h = config.hull
-        m32 = h.m23_kgm if h.m32_kgm is None else h.m32_kgm
-        mass = np.array([[h.m11_kg, 0.0, 0.0], [0.0, h.m22_kg, h.m23_kgm], [0.0, m32, h.m33_kgm2]])
+        mass = np.array([[h.m11_kg, 0.0, 0.0], [0.0, h.m22_kg, h.m23_kgm], [0.0, h.yaw_coupling_kgm, h.m33_kgm2]])
         self._inverse_mass: Floats = np.linalg.inv(mass)
         self._inertia = (h.m11_kg, h.m22_kg, h.m33_kgm2)
         self._kept = math.exp(-PATH_STEP_S / _THRUST_LAG_S)

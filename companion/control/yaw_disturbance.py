@@ -37,8 +37,7 @@ class YawDisturbance:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
         the last cycle; one that is not finite begins anew."""
         hull, before = self._hull, self._momentum_nms
-        m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
-        now = hull.m33_kgm2 * nav.yaw_rate_radps + m32 * nav.sway_mps
+        now = hull.m33_kgm2 * nav.yaw_rate_radps + hull.yaw_coupling_kgm * nav.sway_mps
         if not math.isfinite(known_nm + now):
             self.restart()
             return 0.0

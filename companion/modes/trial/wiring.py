@@ -55,8 +55,7 @@ def expected_motions(config: VesselConfig, shares: Sequence[float], time_s: floa
     """The motion of each thruster after a push of `time_s` at that share of its largest thrust, by the file's model
     without damping."""
     hull = config.hull
-    m23 = hull.m23_kgm
-    m32 = m23 if hull.m32_kgm is None else hull.m32_kgm
+    m23, m32 = hull.m23_kgm, hull.yaw_coupling_kgm
     determinant = hull.m22_kg * hull.m33_kgm2 - m23 * m32
     motions = []
     for thruster, share in zip(thrusters_of(config), shares, strict=True):

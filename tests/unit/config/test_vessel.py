@@ -92,6 +92,13 @@ def test_what_no_single_field_can_know(right: str, wrong: str, message: str) -> 
         config.parse(text.replace(right, wrong, 1), "boat.toml")
 
 
+def test_an_m32_of_zero_is_no_m32_left_out() -> None:
+    """M22 M33 > M23 M32 holds for any M23 then."""
+    text = revolt_text().replace("m23_kgm = 7.0", "m23_kgm = 70000.0", 1)
+    hull = config.parse(text.replace("m32_kgm = 7.03", "m32_kgm = 0.0", 1), "boat.toml").hull
+    assert (hull.m23_kgm, hull.yaw_coupling_kgm) == (70000.0, 0.0)
+
+
 def test_unknown_vessel_says_which_there_are(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"no vessel named 'revlot'; bundled: .*revolt"):
         config.find("revlot")
