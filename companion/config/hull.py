@@ -110,6 +110,13 @@ class HullConfig:
         slope = d.x_u + 2.0 * d.x_uu * speed + 3.0 * d.x_uuu * surge_mps * surge_mps
         return slope + self._tabled(speed)[1] if self.resistance else slope
 
+    def sway_lag_s(self, surge_mps: float, sway_mps: float) -> float:
+        """The lag of the first-order sway m22 v̇ = −(Y_v + Y_uv u + Y_vv |v|) v, by which the course follows the bow; 0
+        where nothing is known of the damping."""
+        d = self.damping
+        resisting = d.y_v + d.y_uv * abs(surge_mps) + d.y_vv * abs(sway_mps)
+        return self.m22_kg / resisting if resisting > 0.0 else 0.0
+
     def _tabled(self, speed_mps: float) -> tuple[float, float]:
         """(force, slope) of the table."""
         points = self.resistance

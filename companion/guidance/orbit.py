@@ -18,7 +18,6 @@ from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.bend_speed import BendSpeeds
 from companion.guidance.crab_compensation import CrabCompensation
-from companion.guidance.turning import sway_lag_s
 from companion.params.store import Parameters
 
 Place = tuple[float, float]
@@ -30,6 +29,7 @@ _LOOKAHEAD_SHARE = 0.5  # of the radius: the most that the look-ahead distance m
 _CENTRE_SHARE = 0.05  # of the radius: nearer to the centre the bearing from it means nothing
 _SPIRAL = (0.3, 0.6)  # shares of the radius between which the way out from the centre becomes the line of sight
 _ON_CIRCLE_SHARE = 0.15  # of the radius: so near to the circle the boat is on it, and turns count
+_NEAR_SHARE = 2.0  # of the radius, from the centre: further off a boat is on its way to the circle, whatever its course
 _STEP_SHARE = 0.02  # of the radius, either way: for rates of the course field
 _STEP_RAD = 0.02  # likewise of the heading over the course
 _ALONG_RAD = math.radians(10.0)  # between course made and circle, within which the integral learns
@@ -257,7 +257,8 @@ class OrbitGuidance:
             self._learn_slip(nav, course_rad, dt_s)
         bend_1pm = self._change(nav, math.cos(course_rad), math.sin(course_rad))
         last_mps = self._speed
-        self._speed = self._next_speed(distance_m, abs(bend_1pm), speed_mps, dt_s)
+        before_m = self._before_m(nav, distance_m, bearing_rad)
+        self._speed = self._next_speed(before_m, abs(bend_1pm), speed_mps, dt_s)
         last_rad = nav.yaw_rad if self._yaw is None else self._yaw
         triangle_rad = self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
         yaw_rad = self._turn_to(last_rad, triangle_rad + self._slip, dt_s)
@@ -340,9 +341,13 @@ class OrbitGuidance:
         ground_mps = math.hypot(nav.north_mps, nav.east_mps)
         off_rad = wrap_pi(course_rad - math.atan2(nav.east_mps, nav.north_mps))
         if ground_mps > _SLIP_SHARE * self._speed and abs(off_rad) < _LARGEST_SLIP_RAD:
-            lag_s = 0.0 if self._hull is None else sway_lag_s(self._hull, nav.surge_mps, nav.sway_mps)
-            time_s = max(_SLIP_TIME_S, _SLIP_LAGS * lag_s)
+            time_s = max(_SLIP_TIME_S, _SLIP_LAGS * self._late_s(nav))
             self._slip = _within(self._slip + off_rad * dt_s / time_s, _LARGEST_SLIP_RAD)
+
+    def _late_s(self, nav: NavState) -> float:
+        """How much later than its bow a boat that cannot push itself sideways turns its course."""
+        late_s = 0.0 if self._hull is None else self._hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
+        return 0.0 if self._can_sway else late_s
 
     def _course_at(self, nav: NavState, north_m: float, east_m: float) -> float:
         """Course to sail so far from where the boat is. At the centre: straight on."""
@@ -386,14 +391,25 @@ class OrbitGuidance:
 
     # --- how fast ---
 
-    def _next_speed(self, distance_m: float, bend_1pm: float, speed_mps: float, dt_s: float) -> float:
-        """The speed asked for, or as much as the bend here and the circle ahead allow."""
-        parameters, radius_m = self._parameters, self.circle.radius_m
+    def _before_m(self, nav: NavState, distance_m: float, bearing_rad: float) -> float:
+        """Way left before the circle. A boat that runs a little wide is on the circle, and so is one near by that does
+        not come nearer: at the speed of the way in it could not turn in."""
+        radius_m = self.circle.radius_m
+        tangent_m = math.sqrt(max(0.0, distance_m**2 - ((1.0 + _ON_CIRCLE_SHARE) * radius_m) ** 2))
+        tangent_m = max(0.0, tangent_m - self._late_s(nav) * self._speed)
+        ground_mps = math.hypot(nav.north_mps, nav.east_mps)
+        if distance_m > _NEAR_SHARE * radius_m or ground_mps < slowest_mps(self._parameters):
+            return tangent_m
+        inward_mps = -(nav.north_mps * math.cos(bearing_rad) + nav.east_mps * math.sin(bearing_rad))
+        return min(tangent_m, max(0.0, distance_m * inward_mps / ground_mps))
+
+    def _next_speed(self, before_m: float, bend_1pm: float, speed_mps: float, dt_s: float) -> float:
+        """The speed asked for, or as much as the bend here and the circle ahead allow. `before_m`: way left before the
+        circle."""
+        parameters = self._parameters
         wanted = min(max(0.0, speed_mps), parameters["MPC_XY_VEL_MAX"])
         lowest = min(wanted, slowest_mps(parameters))
-        on_circle = orbit_speed_mps(1.0 / radius_m, parameters, self._bends)
-        # a boat that runs a little wide is on the circle, not on its way to it
-        before_m = math.sqrt(max(0.0, distance_m**2 - ((1.0 + _ON_CIRCLE_SHARE) * radius_m) ** 2))
+        on_circle = orbit_speed_mps(1.0 / self.circle.radius_m, parameters, self._bends)
         ahead = math.sqrt(on_circle**2 + 2.0 * parameters["PATH_ACC"] * before_m)
         wanted = max(lowest, min(wanted, ahead, orbit_speed_mps(bend_1pm, parameters, self._bends)))
         step = 1.25 * parameters["PATH_ACC"] * dt_s

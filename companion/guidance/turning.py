@@ -28,7 +28,7 @@ class Turning:
 
     def late_s(self, surge_mps: float, sway_mps: float) -> float:
         """How much later than its bow the boat turns its course, in an arc."""
-        return 0.0 if self.arc is None else min(_LATEST_S, sway_lag_s(self.arc, surge_mps, sway_mps))
+        return 0.0 if self.arc is None else min(_LATEST_S, self.arc.sway_lag_s(surge_mps, sway_mps))
 
     def steepest_rad(self, off_m: float, radius_m: float, late_m: float) -> float:
         """The steepest course to a line that is `off_m` away, from which a boat in an arc of `radius_m` still turns
@@ -41,14 +41,6 @@ class Turning:
 
 
 UNKNOWN = Turning()
-
-
-def sway_lag_s(hull: HullConfig, surge_mps: float, sway_mps: float) -> float:
-    """The lag of the first-order sway m22 v̇ = −(Y_v + Y_uv u + Y_vv |v|) v, by which the course follows the bow; 0
-    where nothing is known of the damping."""
-    damping = hull.damping
-    resisting = damping.y_v + damping.y_uv * abs(surge_mps) + damping.y_vv * abs(sway_mps)
-    return hull.m22_kg / resisting if resisting > 0.0 else 0.0
 
 
 def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:

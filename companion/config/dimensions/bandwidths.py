@@ -11,6 +11,7 @@ from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.receivers import grade_of
 from companion.config.hull import HullConfig, humps
 
+_SOURCE = "thrust over inertia; ReVolt's tuning at sea"
 # Errors at which the proportional part alone takes all thrust. ReVolt's tuned gains are at 0.7 m, 0.43 m and 18°.
 _FULL_AT_M, _FULL_AT_RAD = 0.7, 0.3
 _LAG_SHARE = 0.25  # bandwidth times the lag of thrust: leaves a phase margin of 60° with the derivative part
@@ -43,6 +44,9 @@ _FENCE_M = {
     "sbas": 2.0,
     "standalone": 2.5,
 }  # with sideways thrust: what it errs by, and slow gains let gusts do
+# Of the distance in which the course of a boat without sideways thrust follows its bow, as its hull slides outwards at
+# about that speed: a launch of 7.2 m with a look-ahead of 3.5 m snaked along straight lines by ±5 m in still water.
+_LATE_SHARE, _SLIDES_MPS, _LEAST_LOOKAHEAD_M, _MOST_LOOKAHEAD_M = 1.25, 0.1, 3.0, 100.0
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
 
@@ -97,14 +101,14 @@ def figures(
     beyond_m = _COASTS * length_m if drifts else 0.5 * length_m
     rows["FENCE_MARGIN"] = _FENCE_M[receiver] if sway_n > 0.0 else min(_MOST_FENCE_M, rows["DP_WATCH_R"] + beyond_m)
     if sway_n <= 0.0:
-        lengths = _DRIFT_CLEAR if drifts else _TURN_CLEAR
-        rows["CP_DIST"] = _within(_LEAST_CLEAR_M, lengths * length_m, _MOST_CLEAR_M)
+        clear_m = (_DRIFT_CLEAR if drifts else _TURN_CLEAR) * length_m
+        rows["CP_DIST"] = _within(_LEAST_CLEAR_M, clear_m, _MOST_CLEAR_M)
+        rows["PATH_LOOKAHEAD"] = _lookahead_m(hull, rows["WP_SPEED"])
     else:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
-    source = "thrust over inertia; ReVolt's tuning at sea"
     return tuple(
-        Figure(f"parameters.{name}", round(value, 3), 2.0, "thrust over inertia, lag and receiver", source)
+        Figure(f"parameters.{name}", round(value, 3), 2.0, "thrust over inertia, lag and receiver", _SOURCE)
         for name, value in rows.items()
     )
 
@@ -142,6 +146,12 @@ def _speeds(
         "PATH_YAW_RATE": _within(5.0, math.degrees(spin_radps), 30.0),
         "MAN_YAW_RATE": _within(5.0, math.degrees(0.7 * turn_radps), 40.0),
     }
+
+
+def _lookahead_m(hull: HullConfig, cruise_mps: float) -> float:
+    """By the distance in which the course follows the bow."""
+    late_m = cruise_mps * hull.sway_lag_s(cruise_mps, _SLIDES_MPS)
+    return _within(_LEAST_LOOKAHEAD_M, _LATE_SHARE * late_m, _MOST_LOOKAHEAD_M)
 
 
 def _spin_radps(hull: HullConfig, moment_nm: float) -> float:

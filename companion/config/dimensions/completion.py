@@ -17,6 +17,7 @@ from companion.config.dimensions.derivation import (
     parameter_figures,
 )
 from companion.config.dimensions.figure import Figure
+from companion.config.dimensions.fins import with_fins
 from companion.config.dimensions.form import Dimensions, dimensions_of
 from companion.config.dimensions.limits import KEYS as LIMIT_KEYS
 from companion.config.hull import HullConfig
@@ -154,13 +155,13 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
     limits = work.data.get("limits", {})
     if hull is None or not isinstance(limits, dict):
         return
-    values = tuple(limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
-    if all(isinstance(value, (int, float)) for value in values):
+    surge_n, sway_n, yaw_nm = (limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
+    if isinstance(surge_n, int | float) and isinstance(sway_n, int | float) and isinstance(yaw_nm, int | float):
         steers = any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
         drifts = not any(thruster.pushes_astern for thruster in thrusters)
         made = parameter_figures(
-            hull,
-            values,  # type: ignore[arg-type]
+            with_fins(hull, thrusters, surge_n),
+            (surge_n, sway_n, yaw_nm),
             boat.length_m,
             sensors or (),
             needs_flow=steers,

@@ -68,7 +68,7 @@ def test_side_thrust_jets_and_sails_have_other_laws(name: str) -> None:
     assert turning_of(load(find(name)), on_the_spot=False).bends is None
 
 
-@pytest.mark.parametrize("outside_m", [0.0, 0.5, 1.5])
+@pytest.mark.parametrize("outside_m", [0.0, 0.5, 1.5, 2.5])
 def test_a_boat_that_runs_wide_of_its_circle_does_not_speed_up(outside_m: float) -> None:
     """It is not on its way to the circle: a faster boat would run wider still."""
     guidance = OrbitGuidance(Parameters({"WP_SPEED": 1.43, "PATH_ACC": 0.289}), False, TOP_MPS, BENDS)
