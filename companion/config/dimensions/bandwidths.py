@@ -45,7 +45,8 @@ _FENCE_M = {
     "standalone": 2.5,
 }  # with sideways thrust: what it errs by, and slow gains let gusts do
 # Of the distance in which the course of a boat without sideways thrust follows its bow, as its hull slides outwards at
-# about that speed: a launch of 7.2 m with a look-ahead of 3.5 m snaked along straight lines by ±5 m in still water.
+# about that speed; a length for one that turns in circles. A launch of 7.2 m with a look-ahead of 3.5 m snaked along
+# straight lines by ±5 m in still water.
 _LATE_SHARE, _SLIDES_MPS, _LEAST_LOOKAHEAD_M, _MOST_LOOKAHEAD_M = 1.25, 0.1, 3.0, 100.0
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
@@ -103,7 +104,7 @@ def figures(
     if sway_n <= 0.0:
         clear_m = (_DRIFT_CLEAR if drifts else _TURN_CLEAR) * length_m
         rows["CP_DIST"] = _within(_LEAST_CLEAR_M, clear_m, _MOST_CLEAR_M)
-        rows["PATH_LOOKAHEAD"] = _lookahead_m(hull, rows["WP_SPEED"])
+        rows["PATH_LOOKAHEAD"] = _lookahead_m(hull, rows["WP_SPEED"], length_m if needs_flow else 0.0)
     else:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
@@ -148,10 +149,10 @@ def _speeds(
     }
 
 
-def _lookahead_m(hull: HullConfig, cruise_mps: float) -> float:
+def _lookahead_m(hull: HullConfig, cruise_mps: float, least_m: float) -> float:
     """By the distance in which the course follows the bow."""
     late_m = cruise_mps * hull.sway_lag_s(cruise_mps, _SLIDES_MPS)
-    return _within(_LEAST_LOOKAHEAD_M, _LATE_SHARE * late_m, _MOST_LOOKAHEAD_M)
+    return _within(max(_LEAST_LOOKAHEAD_M, least_m), _LATE_SHARE * late_m, _MOST_LOOKAHEAD_M)
 
 
 def _spin_radps(hull: HullConfig, moment_nm: float) -> float:
