@@ -38,6 +38,7 @@ _SLIP_LAGS = 3.0  # times the lag of the course behind the bow: learnt faster, t
 _SLIP_SHARE = 0.3  # of the speed asked for: slower, the course made tells nothing
 _LARGEST_SLIP_RAD = math.radians(40.0)
 _SWAY_TIME_S = 2.0
+_BEND_TIME_S = 1.0  # of the mean: places come in steps, at the receiver's rate, and so would the speed
 _SURGE_SHARE = 3.0  # of PATH_ACC: how fast the speed asked for changes as the bow turns to the course
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its way
 _LEAVING_RAD = 0.1  # between the course and the way to the next point, at which the circle is left
@@ -204,7 +205,7 @@ class OrbitGuidance:
         self._bearing_rad: float | None = None
         self._angle_rad = 0.0  # swept since the start
         self._swept_rad: float | None = None
-        self._integral = self._slip = self._sway = self._speed = self._surge = 0.0
+        self._integral = self._slip = self._sway = self._speed = self._surge = self._bend_1pm = 0.0
         self._yaw: float | None = None
 
     def start(
@@ -230,7 +231,7 @@ class OrbitGuidance:
         """Go on from the boat's present motion; the angle swept so far counts."""
         self._place = (nav.north_m, nav.east_m)
         self._bearing_rad = self._yaw = None
-        self._integral = self._slip = self._sway = 0.0
+        self._integral = self._slip = self._sway = self._bend_1pm = 0.0
         self._crab.reset()
         self._surge = nav.surge_mps
         self._speed = max(0.0, nav.surge_mps)
@@ -255,10 +256,11 @@ class OrbitGuidance:
             self._learn_offset(nav, bearing_rad, error_m, dt_s)
         else:
             self._learn_slip(nav, course_rad, dt_s)
-        bend_1pm = self._change(nav, math.cos(course_rad), math.sin(course_rad))
+        bend_1pm = abs(self._change(nav, math.cos(course_rad), math.sin(course_rad)))
+        self._bend_1pm += (bend_1pm - self._bend_1pm) * min(1.0, dt_s / _BEND_TIME_S)
         last_mps = self._speed
         before_m = self._before_m(nav, distance_m, bearing_rad)
-        self._speed = self._next_speed(before_m, abs(bend_1pm), speed_mps, dt_s)
+        self._speed = self._next_speed(before_m, self._bend_1pm, speed_mps, dt_s)
         last_rad = nav.yaw_rad if self._yaw is None else self._yaw
         triangle_rad = self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
         yaw_rad = self._turn_to(last_rad, triangle_rad + self._slip, dt_s)

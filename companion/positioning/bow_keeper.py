@@ -123,6 +123,7 @@ class BowKeeper:
             self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad
         self._drift, self._drifts = _drift(nav) or (0.0, 0.0), False
+        self._least_mps = _least_drift_mps(nav)
         self._see_direction()
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
@@ -324,11 +325,17 @@ class BowKeeper:
         seen = _drift(nav)
         if seen is None:
             return
-        self._least_mps = max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
         share = dt_s / (dt_s + _DRIFT_TIME_S)
+        # by its mean, too: each answer to a drift is thrust, which makes the current less sure
+        self._least_mps += share * (_least_drift_mps(nav) - self._least_mps)
         north, east = self._drift
         self._drift = north + share * (seen[0] - north), east + share * (seen[1] - east)
         self._see_direction()
+
+
+def _least_drift_mps(nav: NavState) -> float:
+    """The least drift that has a direction."""
+    return max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
 
 
 def _drift(nav: NavState) -> tuple[float, float] | None:

@@ -64,3 +64,17 @@ def test_a_boat_that_slides_comes_round() -> None:
     assert max(abs(off) for off in off_m[-3000:]) < 1.0
     swinging_m, _ = sailed(None, 1200.0)
     assert max(abs(off) for off in swinging_m[-3000:]) > 1.0
+
+
+def test_places_that_come_in_steps_do_not_make_the_speed_step() -> None:
+    """At 5 Hz, of a receiver by itself: each fix changed the bend, and the propeller surged with it."""
+    parameters = Parameters({"WP_SPEED": 1.0, "PATH_YAW_RATE": 8.0, "PATH_ACC": 0.2, "PATH_LOOKAHEAD": 3.0})
+    guidance = OrbitGuidance(parameters, can_sway=False)
+    nav = replace(NO_ESTIMATE, current_north_mps=0.0, current_east_mps=0.0, yaw_rad=math.pi, north_mps=-0.8)
+    nav = replace(nav, surge_mps=0.8)
+    guidance.start(Circle(0.0, 0.0, 20.0, True), replace(nav, east_m=19.5))
+    asked = []
+    for i in range(100):
+        place = replace(nav, east_m=19.5 + (0.1 if i // 2 % 2 else -0.1))
+        asked.append(guidance.update(place, 1.0, DT_S).setpoint.surge_mps2)
+    assert max(map(abs, asked[50:])) < 0.15

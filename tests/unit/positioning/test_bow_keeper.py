@@ -154,6 +154,19 @@ def test_a_drift_about_as_large_as_it_is_sure_does_not_come_and_go() -> None:
     assert sum(a is not b for a, b in itertools.pairwise(asked)) <= 1
 
 
+def test_a_drift_that_is_less_sure_as_the_boat_answers_it_does_not_turn_the_bow_to_and_fro() -> None:
+    """Thrust makes the current less sure: a RIB's outboard steered in every other tick."""
+    off = at(north_m=0.5, yaw_rad=1.5, current=(0.11, 0.0))
+    keeper, asked = held(at(north_m=0.5, yaw_rad=1.5)), []
+    accuracy_mps = 0.105
+    for _ in range(900):
+        heading = keeper.update(replace(off, current_accuracy_mps=accuracy_mps), None, 1.0, 0.1).yaw_rad
+        asked.append(heading)
+        accuracy_mps = 0.105 if abs(wrap_pi(heading - off.yaw_rad)) < 0.05 else 0.2
+    turned = [abs(wrap_pi(b - a)) > 0.1 for a, b in itertools.pairwise(asked)]
+    assert sum(turned) <= 1
+
+
 def test_the_speed_keeps_within_the_limits_of_positioning() -> None:
     keeper, limits = held(at(current=(0.4, 0.0))), parameters()
     far = keeper.update(at(north_m=2.6, yaw_rad=math.pi, current=(0.4, 0.0)), None, 5.0, 0.1)
