@@ -157,14 +157,14 @@ def test_a_drift_about_as_large_as_it_is_sure_does_not_come_and_go() -> None:
 def test_a_drift_that_is_less_sure_as_the_boat_answers_it_does_not_turn_the_bow_to_and_fro() -> None:
     """Thrust makes the current less sure: a RIB's outboard steered in every other tick."""
     off = at(north_m=0.5, yaw_rad=1.5, current=(0.11, 0.0))
-    keeper, asked = held(at(north_m=0.5, yaw_rad=1.5)), []
-    accuracy_mps = 0.105
+    keeper, last_rad, turns = held(at(north_m=0.5, yaw_rad=1.5)), 1.5, 0
+    answered = False
     for _ in range(900):
-        heading = keeper.update(replace(off, current_accuracy_mps=accuracy_mps), None, 1.0, 0.1).yaw_rad
-        asked.append(heading)
-        accuracy_mps = 0.105 if abs(wrap_pi(heading - off.yaw_rad)) < 0.05 else 0.2
-    turned = [abs(wrap_pi(b - a)) > 0.1 for a, b in itertools.pairwise(asked)]
-    assert sum(turned) <= 1
+        nav = replace(off, current_accuracy_mps=0.2 if answered else 0.105)
+        heading_rad = keeper.update(nav, None, 1.0, 0.1).yaw_rad
+        answered = abs(wrap_pi(heading_rad - last_rad)) > 0.1
+        last_rad, turns = heading_rad, turns + answered
+    assert turns <= 2
 
 
 def test_the_speed_keeps_within_the_limits_of_positioning() -> None:
