@@ -179,10 +179,10 @@ class OrbitProgress:
 class OrbitGuidance:
     """`start(circle, nav, …)`, then `update(nav, speed_mps, dt_s)` → OrbitProgress with a setpoint of kind PATH.
 
-    Remembers the circle, the angle swept, the integral of the line of sight, the drift seen, and the speed and heading
-    last asked for. `can_sway`: the boat can push itself sideways. `top_mps`: the most that it makes through the water.
-    `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them. `hull`: how late
-    its course follows its bow; None: at once.
+    Remembers the circle, the angle swept, the integral of the line of sight, the drift seen, the mean bend, and the
+    speed and heading last asked for. `can_sway`: the boat can push itself sideways. `top_mps`: the most that it makes
+    through the water. `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them.
+    `hull`: how late its course follows its bow; None: at once.
     """
 
     def __init__(
@@ -348,8 +348,8 @@ class OrbitGuidance:
 
     def _late_s(self, nav: NavState) -> float:
         """How much later than its bow a boat that cannot push itself sideways turns its course."""
-        late_s = 0.0 if self._hull is None else self._hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
-        return 0.0 if self._can_sway else late_s
+        hull = self._hull
+        return 0.0 if hull is None or self._can_sway else hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
 
     def _course_at(self, nav: NavState, north_m: float, east_m: float) -> float:
         """Course to sail so far from where the boat is. At the centre: straight on."""

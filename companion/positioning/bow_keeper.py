@@ -75,9 +75,9 @@ class BowKeeper:
     One whose bow points down the stream goes astern first, where the turn would carry it over a fence, and holds where
     it has room; so does one that moves on as it turns, with a rudder or a lone thruster, before a fence near ahead.
 
-    Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift and whether it has
-    a direction, whether the boat is stopping, coming back or going astern first, how long it has gone round the point,
-    and whether it lets itself be carried.
+    Remembers the hold point, whether the boat itself chose that, the heading to lie at, the drift, how sure it is and
+    whether it has a direction, whether the boat is stopping, coming back or going astern first, how long it has gone
+    round the point, and whether it lets itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
