@@ -184,8 +184,10 @@ class ObstacleGuard:
         self._keeping_off.reset()
         self._patience.reset()
 
-    def steer(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> Setpoint:
-        """The setpoint, or one that keeps clear of obstacles."""
+    def steer(
+        self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs, detour: Detour, unasked: bool = False
+    ) -> Setpoint:
+        """The setpoint, or one that keeps clear of obstacles. `unasked`: the boat took the mode by itself."""
         if mode is not self._mode:
             self.reset()
             self._mode = mode
@@ -204,11 +206,11 @@ class ObstacleGuard:
             mode.excuse()
             return self._astern(inputs.nav, self._parameters["DP_SPEED_ASTERN"], setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
-        if not (mode.goes_round or mode.drifts):
+        if not (mode.goes_round or mode.drifts or unasked):
             return stopped
         water, nav = self.water.now, inputs.nav
-        # In Hold it keeps off what lies alone: it would flee the dinghy that fetches it.
-        movers = self._around.movers(inputs.now_s) if mode.goes_round else ()
+        # In a Hold that somebody asked for it keeps off what lies alone: it would flee the dinghy that fetches it.
+        movers = self._around.movers(inputs.now_s) if mode.goes_round or unasked else ()
         aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, mode.drifts)
         if aside is None:
             return stopped
@@ -221,7 +223,7 @@ class ObstacleGuard:
         """Whether the way ahead is still open; a way round where it is not."""
         now_s, nav = inputs.now_s, inputs.nav
         lying = self._without_leader(self._around.lying(now_s), mode, inputs)
-        self.water.set_obstacles(lying)
+        self.water.set_obstacles(lying, nav)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
         if not len(lying) and self._chart.water is None:
             self._open(now_s)
@@ -268,7 +270,8 @@ class ObstacleGuard:
         nav, water, point = inputs.nav, self.water.now, mode.held_point
         waits = self._holding and self._hold_point.arrived
         before = self._backing
-        self._backing = (before or waits or point is not None) and self._room.backs_out(nav, water, self._fence, before)
+        kept = before or waits or point is not None or self._since_s is not None
+        self._backing = kept and self._room.backs_out(nav, water, self._fence, before)
         here = nav.north_m, nav.east_m
         if self._backing or not (waits or point is not None):
             return

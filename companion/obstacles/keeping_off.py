@@ -94,6 +94,7 @@ class KeepingOff:
         slow = slow or (self._ways.coasts and nav.surge_mps > asked.surge_mps + _COASTS_MPS)
         around = _Around(movers, self._near(water, nav), water, drifts)
         before, self._taken = self._taken, None
+        slow = slow or before is not None  # what it does to get out of the way is no way that it makes
         if not slow or not (len(around.movers) or len(around.lying)):
             return None
         otherwise = Choices(np.array([asked.yaw_rad]), np.array([asked.surge_mps]), np.array([math.inf]))

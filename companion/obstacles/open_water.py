@@ -17,11 +17,13 @@ import numpy as np
 
 from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
 from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.obstacles.chart_water import ChartKeeper, ChartWater
-from companion.obstacles.clear_way import GRAZE_M
+from companion.obstacles.clear_way import GRAZE_M, STOP_SHARE, reach_m
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
@@ -33,11 +35,48 @@ _AROUND_CHART_M = (80.0, 500.0, 3000.0)  # the same round a chart's obstacles, t
 _ARCS = 3  # sides for each quarter of an obstacle's circle
 _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
+_CIRCLING_RADII = (1.0, 0.5, 0.2)  # the same of a boat that turns in circles
+_ARC_STEP_RAD, _ARC_STEPS = math.radians(15.0), 24
 _WORTH, _WORTH_RADII = 1.1, 2.0  # a way for wide bends may be longer by that factor, and by so many of their radii
 _SIMPLER_M = 0.3
 _START_M = 0.05
 _SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
 _LEAST_RADIUS_M = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Circling:
+    """A boat that needs way to turn. `radius_m`: of its turn. `keep_m`: distance that its middle keeps from obstacles
+    while it turns to a way. `here`, `yaw_rad`: where it lies, and its heading."""
+
+    radius_m: float
+    keep_m: float
+    here: Place
+    yaw_rad: float
+
+    def follows(self, points: Sequence[Place], radius_m: float) -> bool:
+        """Whether it can sail bends at those points that begin `radius_m` before each: an arc in a corner by θ has the
+        radius `radius_m` / tan(θ/2)."""
+        steps = np.diff(np.asarray(points, dtype=float), axis=0)
+        courses = np.arctan2(steps[:, 1], steps[:, 0])
+        corners = np.abs(np.remainder(np.diff(courses) + math.pi, math.tau) - math.pi)
+        return bool(np.all(self.radius_m * np.tan(0.5 * np.minimum(corners, 0.9 * math.pi)) <= radius_m + 1e-6))
+
+    def arc_to(self, place: Place) -> list[Place] | None:
+        """Points of its turn until it heads for a place; None where that lies within its turn."""
+        way, yaw_rad, step_m = [self.here], self.yaw_rad, self.radius_m * _ARC_STEP_RAD
+        step_rad = math.copysign(_ARC_STEP_RAD, self._off_rad(self.here, yaw_rad, place))
+        for _ in range(_ARC_STEPS):
+            if abs(self._off_rad(way[-1], yaw_rad, place)) <= _ARC_STEP_RAD:
+                return way
+            middle_rad = yaw_rad + 0.5 * step_rad
+            way.append((way[-1][0] + step_m * math.cos(middle_rad), way[-1][1] + step_m * math.sin(middle_rad)))
+            yaw_rad += step_rad
+        return None
+
+    @staticmethod
+    def _off_rad(here: Place, yaw_rad: float, place: Place) -> float:
+        return wrap_pi(math.atan2(place[1] - here[1], place[0] - here[0]) - yaw_rad)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,14 +85,14 @@ class Water:
     lane.
 
     `circles`: north_m, east_m, radius_m of obstacles that lie, shape (n, 3). `keep_m`: distance that the middle of the
-    boat keeps from obstacles. `turns`: the boat turns without way, so that it can sail narrow bends.
+    boat keeps from obstacles. `circling`: None for a boat that turns without way, so that it can sail narrow bends.
     """
 
     circles: Floats
     keep_m: float
     allowed: Allowed
     chart: ChartWater | None = None
-    turns: bool = True
+    circling: Circling | None = None
 
     def in_lane(self, lane: Lane) -> Water:
         """The same for another thread (`FenceArea.in_lane`)."""
@@ -136,14 +175,43 @@ class Water:
             if nearest is None:
                 return None
             end = nearest
+        if self.circling is not None:
+            return self._followed(begin, end, water, self.circling)
         wide_m, narrow_m = (share * self.allowed.radius_m for share in _RADII)
-        wide = _way_with_room(begin, end, water, wide_m)
-        if wide is not None and (not self.turns or self._short_enough(wide, math.dist(begin, end))):
+        wide = self._way_with_room(begin, end, water, wide_m)
+        if wide is not None and self._short_enough(wide, math.dist(begin, end)):
             return wide
-        narrow = _way_with_room(begin, end, water, narrow_m)
+        narrow = self._way_with_room(begin, end, water, narrow_m)
         if wide is None or narrow is None:
             return wide or narrow
         return wide if self._short_enough(wide, narrow.length_m) else narrow
+
+    def _followed(self, begin: Place, end: Place, water: FenceArea, circling: Circling) -> Way | None:
+        """With as much room for bends as there is, for a boat that turns in circles: to a way that it cannot follow, it
+        would be carried on to what lies beside. Where it lies, it must have room to turn to the way."""
+        for share in _CIRCLING_RADII:
+            way = self._way_with_room(begin, end, water, share * self.allowed.radius_m)
+            if way is None or not circling.follows(way.points, share * self.allowed.radius_m):
+                continue
+            if begin != circling.here or self._turns_to(way.points[1], circling):
+                return way
+        return None
+
+    def _turns_to(self, place: Place, circling: Circling) -> bool:
+        arc = circling.arc_to(place)
+        return arc is not None and math.isinf(replace(self, keep_m=circling.keep_m).free_m(arc))
+
+    def _way_with_room(self, begin: Place, end: Place, water: FenceArea, radius_m: float) -> Way | None:
+        """The shortest way whose bends have waypoints of that radius; None without one. A begin outside the room for
+        them is no reason to sail through an obstacle into it."""
+        from companion.fence.area import FenceArea
+        from companion.fence.roadmap import routes_in
+
+        roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
+        points = None if roomy.empty else routes_in(roomy).find(begin, end, through=water)
+        if points is None or math.isfinite(self.free_m(points[:2])):
+            return None
+        return Way(points, radius_m)
 
     def _short_enough(self, wide: Way, length_m: float) -> bool:
         """Whether a way for wide bends is worth being so much longer than one of that length."""
@@ -166,39 +234,40 @@ class Water:
         return FenceArea.of(shapely.difference(whole, taken))
 
 
-def _way_with_room(begin: Place, end: Place, water: FenceArea, radius_m: float) -> Way | None:
-    """The shortest way whose bends have waypoints of that radius; None without one."""
-    from companion.fence.area import FenceArea
-    from companion.fence.roadmap import routes_in
-
-    roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
-    points = None if roomy.empty else routes_in(roomy).find(begin, end, through=water)
-    return None if points is None else Way(points, radius_m)
-
-
 class OpenWater:
-    """`now` → the water as it is. Remembers the obstacles as last set."""
+    """`now` → the water as it is. Remembers the obstacles as last set, and the boat's pose then."""
 
     def __init__(
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
     ) -> None:
-        self._half_m = 0.5 * config.length_m
-        self._turns = turns_on_the_spot(config.thrusters)
+        self._half_m, self._reach_m = 0.5 * config.length_m, reach_m(config)
+        self._circles_round = not turns_on_the_spot(config.thrusters)
         self._parameters = parameters
         self._fence = fence
         self._chart = chart
         self._circles: Floats = np.zeros((0, 3))
+        self._pose: tuple[Place, float] | None = None
 
-    def set_obstacles(self, circles: Floats) -> None:
-        """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3). Not to be changed after."""
-        self._circles = circles
+    def set_obstacles(self, circles: Floats, nav: NavState) -> None:
+        """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3). Not to be changed after.
+        `nav`: the boat then."""
+        self._circles, self._pose = circles, ((nav.north_m, nav.east_m), nav.yaw_rad)
 
     @property
     def now(self) -> Water:
         """All that is known now."""
         keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
         chart = None if self._chart is None else self._chart.water
-        return Water(self._circles, keep_m, self._fence.allowed, chart, self._turns)
+        return Water(self._circles, keep_m, self._fence.allowed, chart, self._circling())
+
+    def _circling(self) -> Circling | None:
+        """How the boat turns, where it needs way for it and what lies is known."""
+        if not self._circles_round or self._pose is None:
+            return None
+        parameters = self._parameters
+        by_rate_m = parameters["WP_SPEED"] / math.radians(parameters["PATH_YAW_RATE"])
+        keep_m = self._reach_m + STOP_SHARE * max(0.0, parameters["CP_DIST"])
+        return Circling(min(parameters["NAV_ACC_RAD"], by_rate_m), keep_m, *self._pose)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """As `Water.line_refusal`."""

@@ -289,7 +289,8 @@ class Supervisor(Requests):
         parts, helm, now_s = self.parts, self._helm, inputs.now_s
         try:
             steered = parts.traffic_guard.steer(setpoint, helm.mode, inputs)
-            steered = parts.obstacles.steer(steered, helm.mode, inputs, parts.traffic_guard)
+            unasked = helm.mode is not helm.intended
+            steered = parts.obstacles.steer(steered, helm.mode, inputs, parts.traffic_guard, unasked)
             if parts.obstacles.impossible is not None:
                 self._give_up(parts.obstacles.impossible, now_s)
             if parts.sailor is not None:

@@ -44,10 +44,12 @@ class Bridge:
         self.guard = ObstacleGuard(config, self.parameters, around, fence, self.events, self.chart)
         self.now_s = 0.0
 
-    def steer(self, setpoint: Setpoint, mode: Sailing, dt_s: float = 0.5, **nav: float) -> Setpoint:
+    def steer(
+        self, setpoint: Setpoint, mode: Sailing, dt_s: float = 0.5, unasked: bool = False, **nav: float
+    ) -> Setpoint:
         self.now_s += dt_s
         inputs = ModeInputs(replace(AT_REST, **nav), None, None, 1.0, self.now_s, dt_s)
-        return self.guard.steer(setpoint, mode, inputs, NoTraffic())
+        return self.guard.steer(setpoint, mode, inputs, NoTraffic(), unasked)
 
     def texts(self) -> list[str]:
         return [event.text for event in self.events.drain()]
@@ -212,6 +214,17 @@ def test_a_boat_at_rest_gets_out_of_the_way_of_what_comes() -> None:
     got = bridge.steer(PathSetpoint(0.0), mode)
     assert isinstance(got, PathSetpoint) and abs(got.surge_mps) >= 0.5 and mode.excused
     assert "Obstacle comes near: out of its way" in bridge.texts()
+
+
+@pytest.mark.parametrize("drifts", [True, False])
+def test_in_a_hold_that_nobody_asked_for_it_gets_out_of_the_way_too(drifts: bool) -> None:
+    """After a mission that was given up. Where a person chose Hold, it would flee the dinghy that fetches it."""
+    for unasked in (True, False):
+        bridge, mode = Bridge(), Sailing(drifts=drifts)
+        bridge.seen.moving = [mover(0.5, -8.0, 0.0, 0.8)]
+        bridge.seen.circles = np.array([(0.5, -8.0, 1.0)])
+        got = bridge.steer(PoseSetpoint(0.0, 0.0, 0.0), mode, unasked=unasked)
+        assert isinstance(got, PathSetpoint) == unasked
 
 
 def test_it_does_not_give_up_while_something_comes() -> None:

@@ -79,6 +79,21 @@ def test_it_clears_what_comes_late_from_any_side(from_deg: int) -> None:
     assert min(least_water_m(math.radians(from_deg), beside_m) for beside_m in (-1.0, 0.0, 1.0, 2.0)) > 1.5
 
 
+def test_it_goes_on_until_what_comes_is_past() -> None:
+    """As fast as it goes out of the way, it no longer counted as a boat that makes no way: a Heron left off every other
+    second, along the course of what came, until that ran it over."""
+    parameters = Parameters(OTTER.parameters)
+    keeping = KeepingOff(OTTER, parameters, no_fence(OTTER, parameters), Braking(OTTER, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.zeros((0, 3)), chart=None)
+    comes, route = Contact(-1, "mover 1", 0.5, 6.0, 0.0, -0.7, RADIUS_M, None), PathSetpoint(1.6, surge_mps=0.2)
+    asked = keeping.update(route, [comes], water, AT_REST, 1.0, 0.0)
+    assert asked is not None
+    surge_mps = math.copysign(0.6, asked.surge_mps)
+    fast = replace(AT_REST, yaw_rad=asked.yaw_rad, surge_mps=surge_mps, north_mps=surge_mps * math.cos(asked.yaw_rad))
+    fast = replace(fast, east_mps=surge_mps * math.sin(asked.yaw_rad))
+    assert keeping.update(route, [comes], water, fast, 1.0, 1.0) is not None
+
+
 def test_a_boat_without_thrust_astern_turns_away_from_what_it_cannot_stop_for() -> None:
     """A stone a little to port, nearer than it coasts."""
     parameters = Parameters(JET.parameters)

@@ -16,7 +16,7 @@ from companion.fence.area import FenceArea
 from companion.fence.areas import FenceAreas
 from companion.fence.preparation import Ways
 from companion.obstacles.chart_water import chart_water
-from companion.obstacles.open_water import Water
+from companion.obstacles.open_water import Circling, Water
 from tests.unit.obstacles.charted import FRAME, feature
 
 KEEP_M, RADIUS_M = 4.0, 1.5
@@ -146,6 +146,11 @@ def test_a_closed_ring_has_no_way() -> None:
     assert water(ring).way((10.0, 0.0), (40.0, 0.0)) is None
 
 
+def circling(radius_m: float, yaw_rad: float = 0.0) -> Circling:
+    """Of a boat that needs way to turn, at the begin."""
+    return Circling(radius_m, 0.5 * KEEP_M, BEGIN, yaw_rad)
+
+
 def wall(east_m: float, gap_m: float) -> list[Circle]:
     """Across the way at 10 m, from 60 m west up to 60 m east; a gap about `east_m`, whose ways bend narrowly."""
     places = [e for e in np.arange(-60.0, 60.5, 0.5).tolist() if abs(e - east_m) >= 0.5 * gap_m + 0.3]
@@ -157,8 +162,57 @@ def test_a_narrow_gap_spares_a_long_way_round() -> None:
     way = water(wall(8.0, 9.2)).way(BEGIN, END)
     assert way is not None and way.length_m < 90.0
     assert way.radius_m is not None and way.radius_m < RADIUS_M
-    jet = replace(water(wall(8.0, 9.2)), turns=False).way(BEGIN, END)
+    jet = replace(water(wall(8.0, 9.2)), circling=circling(RADIUS_M)).way(BEGIN, END)
     assert jet is not None and jet.radius_m == RADIUS_M, "which cannot sail narrow bends"
+
+
+def ring(radius_m: float, count: int) -> list[Circle]:
+    """Round the begin."""
+    angles = np.linspace(0.0, math.tau, count, endpoint=False).tolist()
+    return [(radius_m * math.cos(a), radius_m * math.sin(a), 0.3) for a in angles]
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_no_way_begins_through_an_obstacle(turns: bool) -> None:
+    """The begin has room, but none for wide bends: the nearest place with that lies beyond the stones. Launches were
+    sent straight through them."""
+    wide = Allowed(None, None, 0.0, 8.0)
+    field = replace(water(ring(7.5, 12), wide), circling=None if turns else circling(8.0))
+    assert field.way(BEGIN, END) is None
+    assert replace(field, circles=field.circles[1:]).way((60.0, 0.0), END) is not None
+
+
+def test_a_boat_that_turns_in_circles_is_led_by_bends_that_it_can_sail() -> None:
+    boat = circling(10.0)
+    for corner_deg, radius_m, follows in (
+        (90.0, 10.0, True),
+        (90.0, 2.0, False),
+        (20.0, 2.0, True),
+        (120.0, 10.0, False),
+    ):
+        turn = math.radians(corner_deg)
+        points = (BEGIN, (40.0, 0.0), (40.0 + 40.0 * math.cos(turn), 40.0 * math.sin(turn)))
+        assert boat.follows(points, radius_m) == follows
+
+
+@pytest.mark.parametrize("bearing_deg", range(-170, 180, 20))
+def test_its_turn_to_a_way_is_an_arc(bearing_deg: int) -> None:
+    boat, bearing = circling(10.0, yaw_rad=1.0), 1.0 + math.radians(bearing_deg)
+    arc = boat.arc_to((60.0 * math.cos(bearing), 60.0 * math.sin(bearing)))
+    assert arc is not None and arc[0] == BEGIN
+    side = math.copysign(1.0, bearing_deg)
+    middle = -10.0 * side * math.sin(1.0), 10.0 * side * math.cos(1.0)
+    assert all(math.dist(place, middle) == pytest.approx(10.0, abs=0.3) for place in arc)
+    assert len(arc) == pytest.approx(1 + abs(bearing_deg) / 15.0, abs=2.0)
+    assert boat.arc_to((middle[0] + 2.0, middle[1])) is None, "within its turn"
+
+
+def test_a_boat_without_room_to_turn_has_no_way_back() -> None:
+    """In a lane of stones that is as wide as its turn, bow in; with a turn half as wide it has."""
+    lane = [(float(n), side * 8.0, 0.3) for n in range(-10, 40, 2) for side in (-1.0, 1.0)]
+    end = (-60.0, 0.0)
+    assert replace(water(lane), circling=circling(6.0)).way(BEGIN, end) is None
+    assert replace(water(lane), circling=circling(2.0)).way(BEGIN, end) is not None
 
 
 def test_wide_bends_are_worth_a_few_metres() -> None:
