@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.cli.new_file import Answers, file_text
 from companion.cli.rig import LockstepRig
 from sitl.obstacles import Obstacles, RoundObstacle, Shoal, Wall
 from sitl.scenarios import SCENARIOS
@@ -51,6 +52,30 @@ def test_a_boat_that_tries_one_side_and_the_other_comes_through_or_gives_up(tmp_
     """What it has seen on one side it forgets while it tries the other. Once it went to and fro for ever."""
     outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=100, vessel="revolt")
     assert outcome.ok and outcome.metrics["reached"] + outcome.metrics["declared_impossible"] == 1.0, outcome.error
+
+
+LAUNCH = Answers(
+    "launch", "Launch", "monohull", 9.0, 2.8, 4500.0, None, None, None, "rudder", "3500", None, 0.0, "microcontroller",
+    "one", 63.442, 10.4,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("seed", "wind", "current"),
+    [
+        (711285, "2.95@232", "0.01@312"),
+        pytest.param(711286, "2.53@300", "0.19@345", marks=pytest.mark.sweep),
+        pytest.param(711280, "0.09@338", "0.24@50", marks=pytest.mark.sweep),
+    ],
+)
+def test_a_long_launch_stays_out_of_gaps_in_which_it_cannot_turn(
+    tmp_path: Path, seed: int, wind: str, current: str
+) -> None:
+    """It was led into them, turned for minutes while wind and current set it on, and lay on one stone after another."""
+    file, weather = tmp_path / "launch.toml", {"wind": wind, "current": current}
+    file.write_text(file_text(LAUNCH), encoding="utf-8")
+    outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path / "log", seed=seed, vessel=str(file), changes=weather)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
 
 
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
