@@ -223,7 +223,7 @@ class ObstacleGuard:
         """Whether the way ahead is still open; a way round where it is not."""
         now_s, nav = inputs.now_s, inputs.nav
         lying = self._without_leader(self._around.lying(now_s), mode, inputs)
-        self.water.set_obstacles(lying, nav)
+        self.water.set_obstacles(lying, nav, inputs.speed_mps)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
         if not len(lying) and self._chart.water is None:
             self._open(now_s)

@@ -22,6 +22,7 @@ from companion.core.estimate import NavState
 from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
+from companion.guidance.bend_speed import steady_turn_radps
 from companion.obstacles.chart_water import ChartKeeper, ChartWater
 from companion.obstacles.clear_way import GRAZE_M, STOP_SHARE, reach_m
 from companion.obstacles.occupancy import Floats
@@ -36,6 +37,7 @@ _ARCS = 3  # sides for each quarter of an obstacle's circle
 _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
 _CIRCLING_RADII = (1.0, 0.5, 0.2)  # the same of a boat that turns in circles
+_TURNING_SHARE, _WIDER = 0.7, 1.5  # of the yaw moment, in a turn; and how much wider than a steady one it becomes
 _ARC_STEP_RAD, _ARC_STEPS = math.radians(15.0), 24
 _WORTH, _WORTH_RADII = 1.1, 2.0  # a way for wide bends may be longer by that factor, and by so many of their radii
 _SIMPLER_M = 0.3
@@ -235,7 +237,7 @@ class Water:
 
 
 class OpenWater:
-    """`now` → the water as it is. Remembers the obstacles as last set, and the boat's pose then."""
+    """`now` → the water as it is. Remembers the obstacles as last set, and how the boat turned then."""
 
     def __init__(
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
@@ -246,28 +248,28 @@ class OpenWater:
         self._fence = fence
         self._chart = chart
         self._circles: Floats = np.zeros((0, 3))
-        self._pose: tuple[Place, float] | None = None
+        self._hull, self._yaw_nm = config.hull, config.limits.yaw_nm
+        self._circling: Circling | None = None
 
-    def set_obstacles(self, circles: Floats, nav: NavState) -> None:
+    def set_obstacles(self, circles: Floats, nav: NavState, speed_mps: float) -> None:
         """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3). Not to be changed after.
-        `nav`: the boat then."""
-        self._circles, self._pose = circles, ((nav.north_m, nav.east_m), nav.yaw_rad)
+        `nav`: the boat then; `speed_mps`: at which it sails."""
+        self._circles = circles
+        self._circling = self._circling_at(nav, speed_mps) if self._circles_round else None
 
     @property
     def now(self) -> Water:
         """All that is known now."""
         keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
         chart = None if self._chart is None else self._chart.water
-        return Water(self._circles, keep_m, self._fence.allowed, chart, self._circling())
+        return Water(self._circles, keep_m, self._fence.allowed, chart, self._circling)
 
-    def _circling(self) -> Circling | None:
-        """How the boat turns, where it needs way for it and what lies is known."""
-        if not self._circles_round or self._pose is None:
-            return None
+    def _circling_at(self, nav: NavState, speed_mps: float) -> Circling:
         parameters = self._parameters
-        by_rate_m = parameters["WP_SPEED"] / math.radians(parameters["PATH_YAW_RATE"])
+        turn_radps = steady_turn_radps(self._hull, speed_mps, _TURNING_SHARE * self._yaw_nm)
+        radius_m = min(parameters["NAV_ACC_RAD"], _WIDER * speed_mps / turn_radps)
         keep_m = self._reach_m + STOP_SHARE * max(0.0, parameters["CP_DIST"])
-        return Circling(min(parameters["NAV_ACC_RAD"], by_rate_m), keep_m, *self._pose)
+        return Circling(radius_m, keep_m, (nav.north_m, nav.east_m), nav.yaw_rad)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """As `Water.line_refusal`."""

@@ -78,6 +78,14 @@ def test_a_long_launch_stays_out_of_gaps_in_which_it_cannot_turn(
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
 
 
+@pytest.mark.sweep
+def test_a_jet_that_turns_tightly_at_this_speed_takes_the_entrance_of_a_harbour(tmp_path: Path) -> None:
+    """Judged by the radius of its waypoints, it could not have sailed into it, and went round all of the quay."""
+    weather = {"wind": "2.5", "current": "0.1"}
+    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path, seed=711667, vessel="rescuerunner", changes=weather)
+    assert outcome.ok and outcome.metrics["reached"] == 1.0, f"{outcome.error or outcome.metrics}"
+
+
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
     """The truth of a boat that sails through everything."""
     rows = [f"{t * 0.5:.3f},{t * 0.5:.5f},0.0,0.0,1.0,0.0" for t in range(201)]
