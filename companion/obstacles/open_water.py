@@ -177,27 +177,25 @@ class Water:
             if nearest is None:
                 return None
             end = nearest
-        if self.circling is not None:
-            return self._followed(begin, end, water, self.circling)
-        wide_m, narrow_m = (share * self.allowed.radius_m for share in _RADII)
-        wide = self._way_with_room(begin, end, water, wide_m)
-        if wide is not None and self._short_enough(wide, math.dist(begin, end)):
-            return wide
-        narrow = self._way_with_room(begin, end, water, narrow_m)
-        if wide is None or narrow is None:
-            return wide or narrow
-        return wide if self._short_enough(wide, narrow.length_m) else narrow
-
-    def _followed(self, begin: Place, end: Place, water: FenceArea, circling: Circling) -> Way | None:
-        """With as much room for bends as there is, for a boat that turns in circles: to a way that it cannot follow, it
-        would be carried on to what lies beside. Where it lies, it must have room to turn to the way."""
-        for share in _CIRCLING_RADII:
+        best = None
+        for share in _RADII if self.circling is None else _CIRCLING_RADII:
             way = self._way_with_room(begin, end, water, share * self.allowed.radius_m)
-            if way is None or not circling.follows(way.points, share * self.allowed.radius_m):
+            if way is None or not self._follows(way):
                 continue
-            if begin != circling.here or self._turns_to(way.points[1], circling):
-                return way
-        return None
+            if best is None or not self._short_enough(best, way.length_m):
+                best = way
+            if self._short_enough(best, math.dist(begin, end)):
+                break
+        return best
+
+    def _follows(self, way: Way) -> bool:
+        """Whether the boat can sail the way: on to what lies beside one that it cannot, it would be carried. Where it
+        lies, it must have room to turn to it."""
+        circling = self.circling
+        if circling is None or way.radius_m is None:
+            return True
+        turns = way.points[0] != circling.here or self._turns_to(way.points[1], circling)
+        return turns and circling.follows(way.points, way.radius_m)
 
     def _turns_to(self, place: Place, circling: Circling) -> bool:
         arc = circling.arc_to(place)

@@ -162,8 +162,10 @@ def test_a_narrow_gap_spares_a_long_way_round() -> None:
     way = water(wall(8.0, 9.2)).way(BEGIN, END)
     assert way is not None and way.length_m < 90.0
     assert way.radius_m is not None and way.radius_m < RADIUS_M
-    jet = replace(water(wall(8.0, 9.2)), circling=circling(RADIUS_M)).way(BEGIN, END)
-    assert jet is not None and jet.radius_m == RADIUS_M, "which cannot sail narrow bends"
+    for turn_m, narrow in ((4.0, False), (0.3, True)):
+        jet = replace(water(wall(8.0, 9.2)), circling=circling(turn_m)).way(BEGIN, END)
+        assert jet is not None and jet.radius_m is not None
+        assert (jet.radius_m < RADIUS_M) == narrow, "by how narrow the bends are that it sails"
 
 
 def ring(radius_m: float, count: int) -> list[Circle]:
