@@ -3,7 +3,7 @@
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
 the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to more
-where that has long been too little and the boat does not turn, because wind holds the bow.
+where that has long been too little, because wind holds the bow.
 """
 
 from __future__ import annotations
@@ -23,15 +23,14 @@ _LEAST_THRUST_N = 1.0
 # JET_STEER_N suffices for turns in the first time. After it the thrust grows by as much again in each of the second, to
 # at most six times as much: the nozzle may be stuck. Slower, the boat gathers way across the wind before it turns.
 _TURN_S, _MORE_S, _MOST = 3.0, 2.0, 6.0
-_TURNS_RADPS = math.radians(8.0)  # a bow that turns so fast is not held: more thrust would only speed the boat up
 
 
 class JetAllocator(SteeredAllocator):
     """Wrench → Allocation, by the inverse of the jet's thrust curve at the present speed.
 
     The throttle rises no faster than the vessel's force rate at rest; the nozzle keeps its rate and its stops.
-    Remembers the throttle, the nozzle's angle, the boat's yaw rate, how long the thrust for steering has been too
-    little, and whether the jet has failed.
+    Remembers the throttle, the nozzle's angle, how long the thrust for steering has been too little, and whether the
+    jet has failed.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -40,11 +39,9 @@ class JetAllocator(SteeredAllocator):
         self._hull = config.hull
         self._throttle = 0.0
         self._short_s = 0.0
-        self._turns_radps = 0.0
 
     def feel(self, rig: Rig | None, nav: NavState) -> None:
-        """Take how fast the boat turns."""
-        self._turns_radps = nav.yaw_rate_radps
+        """No effect."""
 
     def neutral(self) -> Allocation:
         """Stop the impeller; the nozzle stays where it is."""
@@ -57,19 +54,18 @@ class JetAllocator(SteeredAllocator):
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         across_n = wrench.yaw_nm / self._thruster.x_m
         stop_rad = self._high_rad if across_n >= 0.0 else -self._low_rad
-        turns = math.copysign(self._turns_radps, self._turns_radps * wrench.yaw_nm) > _TURNS_RADPS
-        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, turns, dt_s)
+        steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, dt_s)
         thrust_n = max(math.hypot(max(0.0, wrench.surge_n), across_n) if wrench.surge_n > 0.0 else 0.0, steering_n)
         self._open(self._wanted(thrust_n, surge_mps), dt_s)
         given_n = self._curve.thrust_n(self._throttle, surge_mps)
         if given_n > _LEAST_THRUST_N:
             self._steer(math.asin(min(1.0, max(-1.0, across_n / given_n))), dt_s)
 
-    def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, turns: bool, dt_s: float) -> float:
+    def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float) -> float:
         """The thrust for steering, of that with which the nozzle at its stop would give the moment. What the water
-        takes at the present speed lets the boat gather no way. `turns`: the boat turns already."""
+        takes at the present speed lets the boat gather no way."""
         usual_n = max(self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps)))
-        short = wanted_n > max(usual_n, surge_n) and not turns
+        short = wanted_n > max(usual_n, surge_n)
         self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
         return min(wanted_n, usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S))
