@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from companion.config.hull import HullConfig
 from companion.config.yaw_limit import YawLimit
 
-_SHARE = 0.7  # of the moment, that bends are planned with; the rest is for wind, waves and corrections
+TURN_SHARE = 0.7
+"""Of the yaw moment, that bends are planned with; the rest is for wind, waves and corrections."""
 _SPEEDS = 64
 _FASTEST_MPS = 30.0
 
@@ -26,7 +27,7 @@ class BendSpeeds:
 
     def __init__(self, hull: HullConfig, limit: YawLimit, top_mps: float) -> None:
         speeds = np.linspace(0.0, min(top_mps, _FASTEST_MPS), _SPEEDS + 1)[1:]
-        rates = [steady_turn_radps(hull, float(u), _SHARE * limit.nm(hull.drag_n(float(u)))) for u in speeds]
+        rates = [steady_turn_radps(hull, float(u), TURN_SHARE * limit.nm(hull.drag_n(float(u)))) for u in speeds]
         bends = np.minimum.accumulate(np.array(rates) / speeds)
         self._bend_1pm, self._mps = bends[::-1].copy(), speeds[::-1].copy()
 

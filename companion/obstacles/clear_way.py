@@ -9,6 +9,7 @@ import numpy as np
 from companion.config.reversing import turns_in_place
 from companion.config.vessel import VesselConfig
 from companion.obstacles.occupancy import Floats
+from companion.params.store import Parameters
 
 GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
 STOP_SHARE = 0.3  # of CP_DIST, beside `reach_m`: the boat stops that far from an obstacle
@@ -19,6 +20,11 @@ def reach_m(config: VesselConfig) -> float:
     where it goes on as it turns, for which it keeps room (`RoomToHold`)."""
     across_m = config.beam_m if turns_in_place(config.thrusters) else 0.0
     return 0.5 * math.hypot(config.length_m, across_m)
+
+
+def stop_m(parameters: Parameters) -> float:
+    """Water between `reach_m` and an obstacle at which the boat stops."""
+    return STOP_SHARE * max(0.0, parameters["CP_DIST"])
 
 
 def clear_way_m(here: tuple[float, float], along: tuple[float, float], circles: Floats, keep_m: float) -> float:

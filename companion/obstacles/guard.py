@@ -39,7 +39,7 @@ from companion.fence.guard import FenceGuard
 from companion.fence.limit import direction
 from companion.obstacles.braking import Braking, stream_along_mps
 from companion.obstacles.chart_water import ChartKeeper
-from companion.obstacles.clear_way import STOP_SHARE, clear_way_m, reach_m
+from companion.obstacles.clear_way import clear_way_m, reach_m, stop_m
 from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import OpenWater
@@ -417,7 +417,7 @@ class ObstacleGuard:
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
         """Way straight ahead until the hull is too near to something. Where no way leads on, the boat will hold: with
         room for that."""
-        keep_m = reach_m(self._config) + STOP_SHARE * self._parameters["CP_DIST"]
+        keep_m = reach_m(self._config) + stop_m(self._parameters)
         if self._since_s is not None:
             keep_m += self._room.least_m + self._room.carried_m(stream_along_mps(nav, *along))
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)

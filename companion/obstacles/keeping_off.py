@@ -21,7 +21,7 @@ from companion.core.events import EventLog
 from companion.core.setpoint import PathSetpoint, Setpoint
 from companion.fence.guard import FenceGuard
 from companion.obstacles.braking import Braking, stream_along_mps
-from companion.obstacles.clear_way import STOP_SHARE, reach_m
+from companion.obstacles.clear_way import reach_m, stop_m
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import Water
 from companion.obstacles.ways_out import TIMES_S, Choices, WaysOut
@@ -127,11 +127,6 @@ class KeepingOff:
         """Whether the boat goes out of the way now."""
         return self._taken is not None
 
-    @property
-    def _stop_m(self) -> float:
-        """Water to what lies, at which the boat stops."""
-        return STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
-
     def _near(self, water: Water, nav: NavState) -> Floats:
         """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a
         chart's obstacles, the nearest place."""
@@ -144,7 +139,7 @@ class KeepingOff:
             return lying
         north, east = lying[:, 0] - here[0], lying[:, 1] - here[1]
         gaps = np.hypot(north, east) - lying[:, 2] - self._half_m
-        count = int((gaps < self._stop_m + _OUT_M).sum())
+        count = int((gaps < stop_m(self._parameters) + _OUT_M).sum())
         nearest = np.argsort(gaps)[:count]
         directions = np.floor(np.arctan2(east[nearest], north[nearest]) / _DIRECTION_RAD)
         near: Floats = lying[nearest[np.unique(directions, return_index=True)[1]]]
@@ -206,7 +201,7 @@ class KeepingOff:
             return open_m
         gaps = self._gaps_m(lying, north, east)
         nearer = np.minimum(gaps[:, :1], self._gaps_m(lying, *otherwise)) - _CLOSING_M
-        meets = ((gaps < self._stop_m) & (gaps < nearer)).any(axis=2)
+        meets = ((gaps < stop_m(self._parameters)) & (gaps < nearer)).any(axis=2)
         least: Floats = np.where(meets, ways, _OUT_M).min(axis=1)
         return least
 
@@ -244,7 +239,7 @@ class KeepingOff:
         gaps = self._gaps_m(lying, north[:, soon], east[:, soon])
         closing = gaps.min(axis=1) < gaps[:, 0] - _CLOSING_M
         least = np.where(closing, gaps.min(axis=1), math.inf).min(axis=1)
-        room: Floats = least - (1.0 if wide else _LYING_SHARE) * self._stop_m
+        room: Floats = least - (1.0 if wide else _LYING_SHARE) * stop_m(self._parameters)
         return room
 
     def _rooms_of_movers_m(self, movers: Sequence[Contact], north: Floats, east: Floats) -> Floats:

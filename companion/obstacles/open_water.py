@@ -15,16 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
-from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
-from companion.guidance.bend_speed import steady_turn_radps
 from companion.obstacles.chart_water import ChartKeeper, ChartWater
-from companion.obstacles.clear_way import GRAZE_M, STOP_SHARE, reach_m
+from companion.obstacles.circling import Circling, circling_at
+from companion.obstacles.clear_way import GRAZE_M
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
@@ -37,48 +35,11 @@ _ARCS = 3  # sides for each quarter of an obstacle's circle
 _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
 _CIRCLING_RADII = (1.0, 0.5, 0.2)  # the same of a boat that turns in circles
-_TURNING_SHARE, _WIDER = 0.7, 1.5  # of the yaw moment, in a turn; and how much wider than a steady one it becomes
-_ARC_STEP_RAD, _ARC_STEPS = math.radians(15.0), 24
 _WORTH, _WORTH_RADII = 1.1, 2.0  # a way for wide bends may be longer by that factor, and by so many of their radii
 _SIMPLER_M = 0.3
 _START_M = 0.05
 _SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
 _LEAST_RADIUS_M = 0.3
-
-
-@dataclass(frozen=True, slots=True)
-class Circling:
-    """A boat that needs way to turn. `radius_m`: of its turn. `keep_m`: distance that its middle keeps from obstacles
-    while it turns to a way. `here`, `yaw_rad`: where it lies, and its heading."""
-
-    radius_m: float
-    keep_m: float
-    here: Place
-    yaw_rad: float
-
-    def follows(self, points: Sequence[Place], radius_m: float) -> bool:
-        """Whether it can sail bends at those points that begin `radius_m` before each: an arc in a corner by θ has the
-        radius `radius_m` / tan(θ/2)."""
-        steps = np.diff(np.asarray(points, dtype=float), axis=0)
-        courses = np.arctan2(steps[:, 1], steps[:, 0])
-        corners = np.abs(np.remainder(np.diff(courses) + math.pi, math.tau) - math.pi)
-        return bool(np.all(self.radius_m * np.tan(0.5 * np.minimum(corners, 0.9 * math.pi)) <= radius_m + 1e-6))
-
-    def arc_to(self, place: Place) -> list[Place] | None:
-        """Points of its turn until it heads for a place; None where that lies within its turn."""
-        way, yaw_rad, step_m = [self.here], self.yaw_rad, self.radius_m * _ARC_STEP_RAD
-        step_rad = math.copysign(_ARC_STEP_RAD, self._off_rad(self.here, yaw_rad, place))
-        for _ in range(_ARC_STEPS):
-            if abs(self._off_rad(way[-1], yaw_rad, place)) <= _ARC_STEP_RAD:
-                return way
-            middle_rad = yaw_rad + 0.5 * step_rad
-            way.append((way[-1][0] + step_m * math.cos(middle_rad), way[-1][1] + step_m * math.sin(middle_rad)))
-            yaw_rad += step_rad
-        return None
-
-    @staticmethod
-    def _off_rad(here: Place, yaw_rad: float, place: Place) -> float:
-        return wrap_pi(math.atan2(place[1] - here[1], place[0] - here[0]) - yaw_rad)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,34 +201,25 @@ class OpenWater:
     def __init__(
         self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
     ) -> None:
-        self._half_m, self._reach_m = 0.5 * config.length_m, reach_m(config)
-        self._circles_round = not turns_on_the_spot(config.thrusters)
+        self._config = config
         self._parameters = parameters
         self._fence = fence
         self._chart = chart
         self._circles: Floats = np.zeros((0, 3))
-        self._hull, self._yaw_nm = config.hull, config.limits.yaw_nm
         self._circling: Circling | None = None
 
     def set_obstacles(self, circles: Floats, nav: NavState, speed_mps: float) -> None:
         """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3). Not to be changed after.
         `nav`: the boat then; `speed_mps`: at which it sails."""
         self._circles = circles
-        self._circling = self._circling_at(nav, speed_mps) if self._circles_round else None
+        self._circling = circling_at(self._config, self._parameters, nav, speed_mps)
 
     @property
     def now(self) -> Water:
         """All that is known now."""
-        keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
+        keep_m = 0.5 * self._config.length_m + max(0.0, self._parameters["CP_DIST"])
         chart = None if self._chart is None else self._chart.water
         return Water(self._circles, keep_m, self._fence.allowed, chart, self._circling)
-
-    def _circling_at(self, nav: NavState, speed_mps: float) -> Circling:
-        parameters = self._parameters
-        turn_radps = steady_turn_radps(self._hull, speed_mps, _TURNING_SHARE * self._yaw_nm)
-        radius_m = min(parameters["NAV_ACC_RAD"], _WIDER * speed_mps / turn_radps)
-        keep_m = self._reach_m + STOP_SHARE * max(0.0, parameters["CP_DIST"])
-        return Circling(radius_m, keep_m, (nav.north_m, nav.east_m), nav.yaw_rad)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """As `Water.line_refusal`."""

@@ -11,15 +11,15 @@ from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
-from companion.guidance.bend_speed import steady_turn_radps
-from companion.obstacles.clear_way import STOP_SHARE
+from companion.guidance.bend_speed import TURN_SHARE, steady_turn_radps
+from companion.obstacles.clear_way import stop_m
 from companion.obstacles.open_water import Water
 from companion.params.store import Parameters
 
 _LEAST_SHARE = 0.5
 _FARTHEST = 3.0  # times the room
 _RINGS, _BEARINGS = 12, 24
-_LAG_S, _MOMENT_SHARE = 1.5, 0.7  # of a turn in a stream, and of the yaw moment in it
+_LAG_S = 1.5  # of a turn in a stream
 
 
 class RoomToHold:
@@ -29,7 +29,7 @@ class RoomToHold:
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._parameters = parameters
         self._half_m = 0.5 * config.length_m
-        self._hull, self._turning_nm = config.hull, _MOMENT_SHARE * config.limits.yaw_nm
+        self._hull, self._turning_nm = config.hull, TURN_SHARE * config.limits.yaw_nm
         self._moves = config.limits.sway_n <= 0.0 and not turns_in_place(config.thrusters)
         self._backs = self._moves and can_reverse(config.thrusters)
 
@@ -88,7 +88,7 @@ class RoomToHold:
 
     def _gap_m(self, place: Place, water: Water) -> float:
         """From the hull of a boat at that place to the nearest thing that lies, less the distance at which it stops."""
-        kept_m = self._half_m + STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
+        kept_m = self._half_m + stop_m(self._parameters)
         circles = water.circles
         gaps = np.hypot(circles[:, 0] - place[0], circles[:, 1] - place[1]) - circles[:, 2]
         by_chart = math.inf if water.chart is None else water.chart.bare.margin(*place).distance_m

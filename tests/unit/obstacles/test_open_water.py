@@ -16,7 +16,8 @@ from companion.fence.area import FenceArea
 from companion.fence.areas import FenceAreas
 from companion.fence.preparation import Ways
 from companion.obstacles.chart_water import chart_water
-from companion.obstacles.open_water import Circling, Water
+from companion.obstacles.circling import Circling
+from companion.obstacles.open_water import Water
 from tests.unit.obstacles.charted import FRAME, feature
 
 KEEP_M, RADIUS_M = 4.0, 1.5
@@ -182,31 +183,6 @@ def test_no_way_begins_through_an_obstacle(turns: bool) -> None:
     field = replace(water(ring(7.5, 12), wide), circling=None if turns else circling(8.0))
     assert field.way(BEGIN, END) is None
     assert replace(field, circles=field.circles[1:]).way((60.0, 0.0), END) is not None
-
-
-def test_a_boat_that_turns_in_circles_is_led_by_bends_that_it_can_sail() -> None:
-    boat = circling(10.0)
-    for corner_deg, radius_m, follows in (
-        (90.0, 10.0, True),
-        (90.0, 2.0, False),
-        (20.0, 2.0, True),
-        (120.0, 10.0, False),
-    ):
-        turn = math.radians(corner_deg)
-        points = (BEGIN, (40.0, 0.0), (40.0 + 40.0 * math.cos(turn), 40.0 * math.sin(turn)))
-        assert boat.follows(points, radius_m) == follows
-
-
-@pytest.mark.parametrize("bearing_deg", range(-170, 180, 20))
-def test_its_turn_to_a_way_is_an_arc(bearing_deg: int) -> None:
-    boat, bearing = circling(10.0, yaw_rad=1.0), 1.0 + math.radians(bearing_deg)
-    arc = boat.arc_to((60.0 * math.cos(bearing), 60.0 * math.sin(bearing)))
-    assert arc is not None and arc[0] == BEGIN
-    side = math.copysign(1.0, bearing_deg)
-    middle = -10.0 * side * math.sin(1.0), 10.0 * side * math.cos(1.0)
-    assert all(math.dist(place, middle) == pytest.approx(10.0, abs=0.3) for place in arc)
-    assert len(arc) == pytest.approx(1 + abs(bearing_deg) / 15.0, abs=2.0)
-    assert boat.arc_to((middle[0] + 2.0, middle[1])) is None, "within its turn"
 
 
 def test_a_boat_without_room_to_turn_has_no_way_back() -> None:

@@ -389,3 +389,25 @@ def test_a_mode_whose_check_raises_is_refused_and_said_once(boat: Boat) -> None:
         assert "division by zero" in str(refused)
         boat.step()
     assert boat.names().count("mode_failed") == 1 and boat.status.mode is ModeId.MANUAL
+
+
+def test_the_guard_against_obstacles_is_told_of_a_hold_that_nobody_asked_for(
+    make_boat: Callable[..., Boat], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Until a person chooses Hold, also where the boat is in it already."""
+    boat = sail(make_boat(COM_LOW_BAT_ACT=FailsafeAction.HOLD))
+    guard = boat.supervisor.parts.obstacles
+    told: list[tuple[ModeId, bool]] = []
+
+    def steer(setpoint: Any, mode: Any, inputs: Any, detour: Any, unasked: bool) -> Any:
+        told.append((mode.id, unasked))
+        return setpoint
+
+    monkeypatch.setattr(guard, "steer", steer)
+    boat.step()
+    battery(boat, full=False)
+    boat.step(0.2)
+    before = told[-1]
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step()
+    assert [told[0], before, told[-1]] == [(ModeId.MISSION, False), (ModeId.HOLD, True), (ModeId.HOLD, False)]
