@@ -61,6 +61,7 @@ _SLOWED_SHARE = 0.8
 _TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
 _CARRIED_MPS = 0.8  # a boat in Hold that is no faster is carried, more than it goes
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
+_CRAMPED_S = 5.0  # of too little room in the watch circle: what only passes through it moves no hold point
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
 
@@ -128,7 +129,7 @@ class ObstacleGuard:
     Ways round are looked for beside the control thread, and laid in the tick in which they are found.
 
     Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
-    found, how patient it still is, since when it stops the boat, whether that brakes before it steers, and whether it
+    found, how patient it still is, since when it stops the boat or has too little room to hold, whether that brakes before it steers, and whether it
     backs the boat out or holds it. `impossible`: why the mode cannot go on, once that is settled.
     """
 
@@ -166,6 +167,7 @@ class ObstacleGuard:
         self._reason = ""
         self._slowed = False
         self._stopped_s: float | None = None  # on the way since
+        self._cramped_s: float | None = None  # about its hold point since
         self._patience = Patience(parameters)
         self._circles: Floats = np.zeros((0, 3))
         self.impossible: str | None = None
@@ -178,7 +180,7 @@ class ObstacleGuard:
         """Nothing is steered."""
         self._work = None
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
-        self._stopped_s = None
+        self._stopped_s = self._cramped_s = None
         self._brakes = self._backing = False
         self.impossible = None
         self._keeping_off.reset()
@@ -278,8 +280,11 @@ class ObstacleGuard:
         at = here if before else point or self._hold_point.target
         place = self._room.better(at, here, water) or (here if before else None)
         if place is None:
-            return
-        if point is not None:
+            self._cramped_s = None
+        elif point is not None:
+            self._cramped_s = inputs.now_s if self._cramped_s is None else self._cramped_s
+            if inputs.now_s - self._cramped_s < _CRAMPED_S and not before:
+                return
             mode.hold_instead(*place)
             text = "Obstacles in the watch circle: hold point moved"
             self._events.say(inputs.now_s, TextKind.ATTENTION, "hold_point_clear", text)

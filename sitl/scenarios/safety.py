@@ -6,8 +6,9 @@ margins say nothing of accuracy, so they are the same question for a boat in any
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -28,6 +29,7 @@ _UNDER_WAY = ("Mission", "RTL")
 _SELF_STEERED = ("Hold", "Mission", "RTL", "Dock", "Follow")
 _MOST_TURNS = 1.5  # of the bow to one side within the window
 _SETTLED_S = 30.0  # in Hold, before it counts
+_MOVED_M = 1.0  # in one tick: Hold keeps another point
 _LEAST_RADIUS_M, _LENGTHS = 6.0, 3.0  # of a Hold that drives off: twice the circle of `bow_hold`
 _STOPPED_S = 2.0  # from disarming to propellers at rest
 _STILL_SHARE = 0.02  # of full thrust
@@ -227,13 +229,13 @@ def _disarmed(name: str, voyage: Voyage) -> Margin | None:
 
 
 def _drive_off(name: str, voyage: Voyage) -> Margin | None:
-    """Distance from the point that Hold keeps, once it has settled."""
+    """Distance from the point that Hold keeps, once it has settled there; a point that it moves to is another one."""
     limit_m = max(_LEAST_RADIUS_M, _LENGTHS * voyage.config.length_m)
     if comes_back(voyage.config):
         limit_m = voyage.parameters["DP_ALARM_R"]
     settled = round(_SETTLED_S / voyage.period_s)
     found: list[tuple[float, float]] = []
-    for first, after in voyage.stretches("Hold"):
+    for first, after in _points_held(voyage):
         part = slice(first + settled, after)
         off = np.hypot(*(voyage.desired_m[part] - np.column_stack([voyage.north_m[part], voyage.east_m[part]])).T)
         if len(off) and not np.all(np.isnan(off)):
@@ -243,6 +245,15 @@ def _drive_off(name: str, voyage: Voyage) -> Margin | None:
         return None
     value, at_s = min(found)
     return Margin(name, value, "m", limit_m, at_s)
+
+
+def _points_held(voyage: Voyage) -> Iterator[tuple[int, int]]:
+    """First row, and the row after the last, of each stretch of Hold at one point."""
+    for first, after in voyage.stretches("Hold"):
+        steps = np.hypot(*np.diff(voyage.desired_m[first:after], axis=0).T)
+        moved = first + 1 + np.flatnonzero(steps > _MOVED_M)
+        edges = [first, *(int(row) for row in moved), after]
+        yield from itertools.pairwise(edges)
 
 
 def _return(name: str, voyage: Voyage) -> Margin | None:

@@ -133,6 +133,16 @@ def test_a_hold_that_drives_off_once_it_had_settled() -> None:
     assert "drive_off" not in {one.name for one in margins_of(only_begun)}
 
 
+def test_a_point_that_hold_moves_to_takes_time_to_come_to() -> None:
+    """Obstacles moved the point of a boat with an outboard by 19 m, and its Hold counted as driven off."""
+    point = np.zeros((len(T_S), 2))
+    point[T_S >= 60.0] = 0.0, 40.0
+    sails = np.clip(1.5 * (T_S - 60.0), 0.0, 40.0)
+    assert margin(replace(voyage("Hold", 0.0), desired_m=point, east_m=sails), "drive_off") == pytest.approx(9.0)
+    stays = replace(voyage("Hold", 0.0), desired_m=point)
+    assert margin(stays, "drive_off") == pytest.approx(9.0 - 40.0)
+
+
 @pytest.mark.parametrize("name", ["rescuerunner", "sailbot"])
 def test_a_boat_that_holds_by_coming_back_has_its_alarm_circle(name: str) -> None:
     boat = load(find(name))
