@@ -11,7 +11,7 @@ from companion.config.vessel import ConfigError
 _SHARP_RADPS = math.radians(15.0)  # the fastest turn of the Viknes
 _GENTLE_RADPS = math.radians(5.0)
 _SLALOM_RADPS = math.radians(10.0)
-_ASTERN_MPS = -2.0
+_ASTERN_MPS, _ASTERN_SHARE = 2.0, 0.25  # of the speed ahead; a follower can get out of the way of that
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,10 @@ class Order:
 
 def _turn(at_s: float, speed_mps: float, degrees: float, rate_radps: float) -> Order:
     return Order(at_s, speed_mps, math.radians(degrees), rate_radps)
+
+
+def _astern_mps(v: float) -> float:
+    return -min(_ASTERN_MPS, _ASTERN_SHARE * v)
 
 
 def _straight(v: float) -> tuple[Order, ...]:
@@ -51,7 +55,7 @@ def _stop(v: float) -> tuple[Order, ...]:
 
 
 def _reverse(v: float) -> tuple[Order, ...]:
-    return Order(0.0, v), Order(60.0, 0.0), Order(90.0, _ASTERN_MPS), Order(110.0, 0.0)
+    return Order(0.0, v), Order(60.0, 0.0), Order(90.0, _astern_mps(v)), Order(110.0, 0.0)
 
 
 def _lively(v: float) -> tuple[Order, ...]:
@@ -62,7 +66,7 @@ def _lively(v: float) -> tuple[Order, ...]:
         *(_turn(at_s, v, degrees, _SLALOM_RADPS) for at_s, degrees in bends),
         _turn(245.0, v, 180.0, _SHARP_RADPS),
         Order(290.0, 0.0),
-        Order(320.0, _ASTERN_MPS),
+        Order(320.0, _astern_mps(v)),
         Order(340.0, 0.0),
         Order(350.0, v),
     )

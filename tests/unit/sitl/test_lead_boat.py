@@ -33,6 +33,15 @@ def sailed(text: str, duration_s: float, **arguments: object) -> tuple[LeadBoat,
     return boat, rows
 
 
+@pytest.mark.parametrize(("speed", "astern"), [(8.2, -2.0), (14.0, -2.0), (1.2, -0.3)])
+@pytest.mark.parametrize("name", ["reverse", "lively"])
+def test_a_slow_leader_goes_astern_no_faster_than_its_follower_can_get_away(
+    name: str, speed: float, astern: float
+) -> None:
+    """Behind a leader of 1.4 m/s that came astern at 2 m/s, no boat of 2 m/s kept its distance."""
+    assert min(order.speed_mps for order in SCRIPTS[name](speed)) == pytest.approx(astern)
+
+
 @pytest.mark.parametrize("speed", [4.0, 8.2, 14.0])
 def test_the_thesis_run_at_its_speeds(speed: float) -> None:
     _, rows = sailed(f"thesis@{speed}", 160.0)
