@@ -28,6 +28,7 @@ from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
+from companion.fence.sight import Sight
 from companion.guidance.coasting import Coasting
 from companion.guidance.stopping import SMOOTHING_S, stopping_point
 from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
@@ -42,6 +43,8 @@ _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
 _FASTEST_MPS = 30.0
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
+_SIGMAS = 2.0  # of the position, to spare
+_SOON_S = 20.0  # of the way that the boat goes, in which a person sees where it is
 _STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
 _SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
 _SLOWED_S = 2.0  # for how long the state "slowed" lasts after that
@@ -113,7 +116,8 @@ class FenceGuard:
         self._breach_s: float | None = None
         self._slowed = False
         self._slowed_s = 0.0  # time at which it was slowed last
-        self._blind = False  # the position is lost, and that was announced
+        self._sight = Sight(parameters, events)
+        self._seen = False  # in the last tick
         self.cause: str | None = None
         self.no_circle: int | None = None
         self.switched_off = False
@@ -331,16 +335,17 @@ class FenceGuard:
     # --- the boat and the fence ------------------------------------------------------------------------------------
 
     def update(self, nav: NavState, mode: SteeredMode, armed: bool, now_s: float) -> None:
-        """Check where the boat is, and announce what changed. Without a valid position nothing changes; in a mode that
-        goes on without one, a warning is announced."""
+        """Check where the boat is, and announce what changed. While its place is not known nothing changes."""
         areas = self.areas()
         self._free()
         self._circle.announce(now_s)
         if areas is None:
-            self._blind = False
+            self._sight.forget()
             return
-        self._announce_blind(armed and not nav.position_valid and not mode.needs_position, nav, now_s)
-        if not nav.position_valid:
+        before, self._seen = self._seen, self._sight.update(nav, armed, mode.needs_position, now_s)
+        if not self._seen:
+            if before and armed and mode.by_stick and self.cause is None:
+                self.cause = self._out_of_sight(areas, nav)
             return
         margin = areas.fence.margin(nav.north_m, nav.east_m)
         outside = margin.distance_m < (self._parameters["FENCE_MARGIN"] if self._breached else 0.0)
@@ -358,13 +363,12 @@ class FenceGuard:
         else:
             self.cause = self._ahead(areas, nav, mode) if armed else None
 
-    def _announce_blind(self, blind: bool, nav: NavState, now_s: float) -> None:
-        """Announce that the position is lost, or back. `blind`: it is lost, and the active mode goes on without it."""
-        if blind and not self._blind:
-            self._events.say(now_s, TextKind.ATTENTION, "fence_blind", "Position lost: the fence is not enforced")
-        elif self._blind and nav.position_valid:
-            self._events.say(now_s, TextKind.ROUTINE, "fence_seen", "Position is back: the fence is enforced again")
-        self._blind = not nav.position_valid and (self._blind or blind)
+    def _out_of_sight(self, areas: FenceAreas, nav: NavState) -> str | None:
+        """The warning where the boat's place becomes unknown so near to the line that it may soon be there; None where
+        it is not near."""
+        soon_m = _SIGMAS * nav.position_accuracy_m + _SOON_S * math.hypot(nav.north_mps, nav.east_mps)
+        near = self._entered and areas.keeping.margin(nav.north_m, nav.east_m).distance_m <= soon_m
+        return "Fence near, position unknown" if near else None
 
     def _on_breach(self, areas: FenceAreas, off_m: float, now_s: float) -> None:
         """A breach begins. The failsafe announces it at its own onset; it is not announced twice."""
@@ -402,7 +406,7 @@ class FenceGuard:
         near = areas.fence.margin(nav.north_m, nav.east_m)
         closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
         begins = (
-            (edge.distance_m <= 2.0 * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
+            (edge.distance_m <= _SIGMAS * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
             or (edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m)
             or (self._kept and edge.distance_m <= -self._parameters["FENCE_MARGIN"])
         )
@@ -463,7 +467,8 @@ class FenceGuard:
         of a heading setpoint. Others are returned unchanged. A boat steered by stick stops where the mode that the
         failsafe enters at the line still has room; any other without sideways thrust keeps steerage way."""
         areas = self.areas()
-        if areas is None or not isinstance(setpoint, PathSetpoint | HeadingSetpoint) or not nav.position_valid:
+        seen = self._sight.sees(nav, mode.needs_position)
+        if areas is None or not isinstance(setpoint, PathSetpoint | HeadingSetpoint) or not seen:
             self._slowed = False
             return setpoint
         from companion.fence.limit import SpeedLimit, speed_limit
