@@ -129,8 +129,9 @@ class ObstacleGuard:
     Ways round are looked for beside the control thread, and laid in the tick in which they are found.
 
     Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
-    found, how patient it still is, since when it stops the boat or has too little room to hold, whether that brakes before it steers, and whether it
-    backs the boat out or holds it. `impossible`: why the mode cannot go on, once that is settled.
+    found, how patient it still is, since when it stops the boat or has too little room to hold, whether that brakes
+    before it steers, and whether it backs the boat out or holds it. `impossible`: why the mode cannot go on, once that
+    is settled.
     """
 
     def __init__(

@@ -51,6 +51,8 @@ _MOVING_MPS = 0.3
 _STOPPED_MPS = 0.1  # below this limit the boat holds its position
 _ROUNDING = 0.2  # radius of a detour's corners, of its shortest leg: they are taken at speed
 _BRAKE = 1.5  # times PATH_ACC
+# A boat at more than this speed, a jet or one that planes, may lose so much of it in the bends of a detour.
+_FAST_MPS, _BEND_SHARE, _BEND_BRAKE = 3.0, 0.6, 2.0
 
 
 class SailingMode(Protocol):
@@ -212,7 +214,7 @@ class TrafficGuard:
         ahead: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)  # of those that cross ahead
         for detour, share in self._options(urgent, route, keep_m, inputs):
             along = way if detour is None else (*detour.points, *evasion.remainder(route, detour.length_m))
-            clear_m, crosses = self._clear_m(along, share, contacts, urgent, inputs)
+            clear_m, crosses = self._clear_m(along, share, contacts, urgent, inputs, detour is not None)
             before_m = ahead[0] if crosses else best[0]
             if clear_m > before_m + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
                 if crosses:
@@ -257,9 +259,11 @@ class TrafficGuard:
         contacts: Sequence[Contact],
         urgent: Sequence[Conflict],
         inputs: ModeInputs,
+        bends: bool = False,
     ) -> tuple[float, bool]:
         """Least clear water in m along a way, up to its end, or for CA_TIME and until the `urgent` ones would have
-        passed a boat that stops; and whether it crosses ahead of a vessel that has the right of way."""
+        passed a boat that stops; and whether it crosses ahead of a vessel that has the right of way. `bends`: the way
+        is one on which a fast boat may lose speed; then the least with and without that."""
         nav, speed = inputs.nav, share * inputs.speed_mps
         here = nav.north_m, nav.east_m
         duration_s = max([self._parameters["CA_TIME"], *(_passed_s(c.contact, here) for c in urgent)])
@@ -269,6 +273,10 @@ class TrafficGuard:
         ramp = evasion.SpeedRamp(math.hypot(nav.north_mps, nav.east_mps), speed, self._acceleration)
         places = evasion.places_along(way, ramp, t_s)
         clear_m = evasion.least_clear_water(places, t_s, contacts, self._watch.radius_m)
+        if bends and speed > _FAST_MPS:
+            slows = evasion.SpeedRamp(ramp.begin_mps, _BEND_SHARE * speed, _BEND_BRAKE * self._acceleration)
+            later = evasion.places_along(way, slows, t_s)
+            clear_m = min(clear_m, evasion.least_clear_water(later, t_s, contacts, self._watch.radius_m))
         reach_m = evasion.astern_reach_m(self._parameters["CA_DIST"])
         for conflict in urgent:
             other = conflict.contact

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from companion.cli.new_file import Answers, file_text
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
@@ -39,6 +40,23 @@ def test_keeps_clear_sweep(tmp_path: Path, situation: str, seed: int) -> None:
 def test_fast_boats_and_slow_ones_meet_another_at_their_own_speed(tmp_path: Path, vessel: str, situation: str) -> None:
     changes = {"situation": situation}
     outcome = run(SCENARIOS["colreg"], LockstepRig, tmp_path, seed=3, vessel=vessel, changes=changes)
+    assert outcome.error is None and outcome.metrics["clear_water_m"] > 10.0
+
+
+JET = Answers(
+    "jet", "Jet", "planing", 5.0, 2.0, 800.0, None, None, None, "jet", "3000", None, 0.0, "microcontroller",
+    "one", 63.442, 10.4,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [712626, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in (712680, 712682))])
+def test_a_jet_that_loses_speed_in_the_bends_of_its_detour_is_not_run_over_from_astern(
+    tmp_path: Path, seed: int
+) -> None:
+    """Its detour led across the bow of one that overtook it, and it took that at half of its speed: 4 m."""
+    file, changes = tmp_path / "jet.toml", {"situation": "overtaken", "wind": ""}
+    file.write_text(file_text(JET), encoding="utf-8")
+    outcome = run(SCENARIOS["colreg"], LockstepRig, tmp_path / "log", seed=seed, vessel=str(file), changes=changes)
     assert outcome.error is None and outcome.metrics["clear_water_m"] > 10.0
 
 
