@@ -247,6 +247,8 @@ class TrafficGuard:
             allowed = [
                 side for side in (colreg.STARBOARD, colreg.PORT) if all(side in colreg.sides(c.met) for c in urgent)
             ]
+            if self._detour is not None and self._detour.side and inputs.speed_mps > _FAST_MPS:
+                allowed = [side for side in allowed if side == self._detour.side]  # too fast to swing to and fro
             room_m = keep_m + self._watch.radius_m + max(c.contact.radius_m for c in urgent)
             detours = evasion.detours((inputs.nav.north_m, inputs.nav.east_m), route, room_m, allowed, inputs.speed_mps)
             options += [(detour.cost_m, detour, 1.0) for detour in detours]

@@ -43,19 +43,25 @@ def test_fast_boats_and_slow_ones_meet_another_at_their_own_speed(tmp_path: Path
     assert outcome.error is None and outcome.metrics["clear_water_m"] > 10.0
 
 
-JET = Answers(
-    "jet", "Jet", "planing", 5.0, 2.0, 800.0, None, None, None, "jet", "3000", None, 0.0, "microcontroller",
-    "one", 63.442, 10.4,
-)  # fmt: skip
+def jet(length_m: float, beam_m: float, mass_kg: float, pull_n: str) -> Answers:
+    return Answers(
+        "jet", "Jet", "planing", length_m, beam_m, mass_kg, None, None, None, "jet", pull_n, None, 0.0,
+        "microcontroller", "one", 63.442, 10.4,
+    )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [712626, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in (712680, 712682))])
-def test_a_jet_that_loses_speed_in_the_bends_of_its_detour_is_not_run_over_from_astern(
-    tmp_path: Path, seed: int
-) -> None:
-    """Its detour led across the bow of one that overtook it, and it took that at half of its speed: 4 m."""
-    file, changes = tmp_path / "jet.toml", {"situation": "overtaken", "wind": ""}
-    file.write_text(file_text(JET), encoding="utf-8")
+@pytest.mark.parametrize(
+    ("boat", "seed", "wind"),
+    [
+        (jet(6.8, 2.4, 1500.0, "5000"), 712673, "2"),
+        pytest.param(jet(5.0, 2.0, 800.0, "3000"), 712626, "", marks=pytest.mark.sweep),
+    ],
+)
+def test_a_jet_is_not_run_over_by_one_that_overtakes_it(tmp_path: Path, boat: Answers, seed: int, wind: str) -> None:
+    """Its detour led across the other's bow, which it took at half of its speed; then it swung to and fro between
+    detours to either side."""
+    file, changes = tmp_path / "jet.toml", {"situation": "overtaken", "wind": wind}
+    file.write_text(file_text(boat), encoding="utf-8")
     outcome = run(SCENARIOS["colreg"], LockstepRig, tmp_path / "log", seed=seed, vessel=str(file), changes=changes)
     assert outcome.error is None and outcome.metrics["clear_water_m"] > 10.0
 
