@@ -23,7 +23,16 @@ _EVERY_S = 0.2  # between two places of the hull that are looked at
 _WINDOW_S = 60.0  # of headway and circling
 _SLOWEST_SHARE = 0.05  # of the top speed, by which a boat under way must at least move on
 # Events of a boat that waits for good reason, or has no thrust and says so.
-_WAITING = ("obstacle_", "traffic_", "way_", "mission_delay", "bridge_silent", "heading_lost", "position_lost")
+_WAITING = (
+    "obstacle_",
+    "traffic_",
+    "way_",
+    "mission_delay",
+    "bridge_silent",
+    "thrust_lost",
+    "heading_lost",
+    "position_lost",
+)
 _ARRIVED = ("rtl_arrived", "mission_ended")  # after which the boat stays, in the same mode
 _UNDER_WAY = ("Mission", "RTL")
 _SELF_STEERED = ("Hold", "Mission", "RTL", "Dock", "Follow")

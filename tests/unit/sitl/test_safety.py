@@ -98,7 +98,7 @@ def test_a_berth_touched_hard() -> None:
 def test_a_boat_that_stands_makes_no_headway_unless_it_waits_or_has_arrived() -> None:
     standing = voyage(speed_mps=0.01)
     assert margin(standing, "headway") < 0.0
-    for name in ("obstacle_stops", "bridge_silent", "mission_ended"):
+    for name in ("obstacle_stops", "bridge_silent", "thrust_lost", "mission_ended"):
         waits = replace(standing, events=[EventRow(float(t), name, "") for t in range(1, 200, 30)])
         assert "headway" not in {one.name for one in margins_of(waits)}
     assert "headway" not in {one.name for one in margins_of(voyage("Hold", 0.01))}
