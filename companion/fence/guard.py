@@ -27,6 +27,7 @@ from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint, bra
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
+from companion.fence.limit import SIGMAS, SpeedLimit, fitted_speed_mps, speed_limit, speed_to_stop_in
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
 from companion.fence.sight import Sight
 from companion.guidance.coasting import Coasting
@@ -36,14 +37,12 @@ from companion.params.store import Parameters
 
 if TYPE_CHECKING:
     from companion.fence.areas import FenceAreas
-    from companion.fence.limit import SpeedLimit
 
 _NO_ACTION = 0  # of GF_ACTION
 _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
 _FASTEST_MPS = 30.0
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
-_SIGMAS = 2.0  # of the position, to spare
 _SOON_S = 20.0  # of the way that the boat goes, in which a person sees where it is
 _STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
 _SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
@@ -193,7 +192,7 @@ class FenceGuard:
     def _prepare(self) -> None:
         """Load what builds areas before a tick needs it: home may come, or move, in a tick."""
         if self._circle.wanted:
-            from companion.fence import area, limit  # noqa: F401
+            from companion.fence import area  # noqa: F401
 
     def areas(self) -> FenceAreas | None:
         """The areas of the fence in force; None where there is none, or while they are being prepared."""
@@ -366,7 +365,7 @@ class FenceGuard:
     def _out_of_sight(self, areas: FenceAreas, nav: NavState) -> str | None:
         """The warning where the boat's place becomes unknown so near to the line that it may soon be there; None where
         it is not near."""
-        soon_m = _SIGMAS * nav.position_accuracy_m + _SOON_S * math.hypot(nav.north_mps, nav.east_mps)
+        soon_m = SIGMAS * nav.position_accuracy_m + _SOON_S * math.hypot(nav.north_mps, nav.east_mps)
         near = self._entered and areas.keeping.margin(nav.north_m, nav.east_m).distance_m <= soon_m
         return "Fence near, position unknown" if near else None
 
@@ -406,7 +405,7 @@ class FenceGuard:
         near = areas.fence.margin(nav.north_m, nav.east_m)
         closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
         begins = (
-            (edge.distance_m <= _SIGMAS * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
+            (edge.distance_m <= SIGMAS * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
             or (edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m)
             or (self._kept and edge.distance_m <= -self._parameters["FENCE_MARGIN"])
         )
@@ -438,8 +437,6 @@ class FenceGuard:
             or not all(map(math.isfinite, (speed, nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps)))
         ):
             return nav
-        from companion.fence.limit import fitted_speed_mps
-
         stop = stopping_point(nav, self._parameters)
         way_m = math.dist(stop, (nav.north_m, nav.east_m))
         share = min(1.0, fitted_speed_mps(areas, nav, way_m, 0.5 * SMOOTHING_S) / speed)
@@ -452,8 +449,6 @@ class FenceGuard:
         speed = math.hypot(*velocity)
         if areas is None or speed < 1.0e-6:
             return math.inf
-        from companion.fence.limit import speed_to_stop_in
-
         north, east = velocity[0] / speed, velocity[1] / speed
         if areas.keeping.contains(*place):
             return speed_to_stop_in(areas.keeping.way_to_line_m(*place, north, east), deceleration_mps2, 0.0)
@@ -471,8 +466,6 @@ class FenceGuard:
         if areas is None or not isinstance(setpoint, PathSetpoint | HeadingSetpoint) or not seen:
             self._slowed = False
             return setpoint
-        from companion.fence.limit import SpeedLimit, speed_limit
-
         demand = _demand(setpoint, nav)
         if mode.by_stick:
             areas = replace(areas, stopping=areas.keeping)

@@ -16,7 +16,8 @@ _CREEP_MPS = 0.05  # allowed up to the edge of the stopping area, however inaccu
 _CREEP_LAGS = 4.0  # time constant of the way to that edge, in delays of the speed: from 4 on none is overshot
 _SLOW_MPS = 0.1  # below it the course over ground is uncertain, and the demand tells where the boat will go
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
-_SIGMAS = 2.0
+SIGMAS = 2.0
+"""Of the position, that are kept to spare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     way = direction(nav, demand)
     if way is None:
         return NO_LIMIT
-    reserve_m = _SIGMAS * nav.position_accuracy_m
+    reserve_m = SIGMAS * nav.position_accuracy_m
     edge = areas.stopping.margin(nav.north_m, nav.east_m)
     deceleration, lag = parameters["PATH_ACC"], _LAG / parameters["PATH_BW_SURGE"]
     creep = min(_CREEP_MPS, max(0.0, edge.distance_m) / (_CREEP_LAGS * lag))
@@ -97,7 +98,7 @@ def fitted_speed_mps(areas: FenceAreas, nav: NavState, stopping_way_m: float, la
     if areas.stopping.contains(nav.north_m, nav.east_m):
         way_m = (
             areas.stopping.way_to_line_m(nav.north_m, nav.east_m, north, east)
-            - _SIGMAS * nav.position_accuracy_m
+            - SIGMAS * nav.position_accuracy_m
             - lag_s * speed
         )
     else:

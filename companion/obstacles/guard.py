@@ -229,6 +229,7 @@ class ObstacleGuard:
         self.water.set_obstacles(lying, nav, inputs.speed_mps)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
         if not len(lying) and self._chart.water is None:
+            self._cramped_s = None
             self._open(now_s)
             return
         self._give_room(mode, inputs)
@@ -277,6 +278,7 @@ class ObstacleGuard:
         self._backing = kept and self._room.backs_out(nav, water, self._fence, before)
         here = nav.north_m, nav.east_m
         if self._backing or not (waits or point is not None):
+            self._cramped_s = None
             return
         at = here if before else point or self._hold_point.target
         place = self._room.better(at, here, water) or (here if before else None)

@@ -108,13 +108,17 @@ def test_in_hold_the_point_moves_to_open_water_and_that_is_said() -> None:
     assert "Obstacles in the watch circle: hold point moved" in bridge.texts()
 
 
-def test_what_only_passes_through_the_watch_circle_moves_no_hold_point() -> None:
+@pytest.mark.parametrize("else_there", [[], [(40.0, 0.0, 1.0)]])
+def test_what_only_passes_through_the_watch_circle_moves_no_hold_point(
+    else_there: list[tuple[float, float, float]],
+) -> None:
     """What moves lies to a lidar for a while, and what it hid: it moved the point of a boat in a calm by 19 m."""
     bridge = Bridge(config=load(find("rescuerunner")))
     bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
     mode = Sailing(drifts=True, held_point=(0.0, 0.0))
     for step in range(40):
-        bridge.seen.circles = np.array([(0.0, 5.5, 1.0)] if step % 10 < 8 else [(40.0, 0.0, 1.0)])
+        passing = [(0.0, 5.5, 1.0)] if step % 10 < 8 else []
+        bridge.seen.circles = np.array([*passing, *else_there]).reshape(-1, 3)
         bridge.steer(PathSetpoint(0.0), mode)
     assert mode.held_point == (0.0, 0.0)
 
