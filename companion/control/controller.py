@@ -12,6 +12,7 @@ from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
 from companion.control.heading import HeadingControl, YawLoop
+from companion.control.known_current import KnownCurrent
 from companion.control.lqr import LqrTracking
 from companion.control.path_control import PathControl, turned_soon_rad
 from companion.control.planned_steps import planned_steps
@@ -87,6 +88,7 @@ class Controller:
         self._baseline = baseline
         self._by_baseline = False
         self._tracking = PathControl(config, parameters, yaw)
+        self._current = KnownCurrent(config.hull)
         self._baseline_tracking = baseline_tracking
         self._lqr = LqrTracking(config, parameters)
         self._predictive = PredictiveControl(config, parameters)
@@ -133,6 +135,7 @@ class Controller:
             self._tracking.restart()
             self._predictive.restart()
             self._slow_wind.restart()
+            self._current.restart()
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -181,6 +184,8 @@ class Controller:
         if law is not None:
             return self._track_without_bias(law, setpoint, nav, dt_s)
         self._other_law = None
+        if setpoint.exact:
+            self._current.hand_over(setpoint, nav, self._bias)
         if self._predictive.chosen(setpoint):
             wind = wind_force(self._config.windage, self._config.length_m, nav)
             wrench = self._predictive.update(setpoint, nav, self._bias, wind, achieved, dt_s)
