@@ -131,9 +131,9 @@ class Estimator:
         pose = self._solutions.pose
         self._side.take(readings, motion, pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
-        driven = thrust is not None and pose.started and not self._receivers.unsettled(self._fixes.source)
+        driven, late = thrust is not None and pose.started, self._receivers.unsettled(self._fixes.source)
         used = self._imus.current
-        self._react(self._witness.conclude(driven, motion, self.inertial, self._model.current, now_s, used))
+        self._react(self._witness.conclude(driven, late, motion, self.inertial, self._model.current, now_s, used))
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
         return self._state(motion, self._model.waves(now_s, thrust, motion), now_s)

@@ -153,18 +153,21 @@ class Witness:
     def conclude(
         self,
         driven: bool,
+        maybe_late: bool,
         motion: Motion,
         inertial: InertialSolution | None,
         current: CurrentObserver | None,
         now_s: float,
         imu_used: str | None = None,
     ) -> list[LieFound]:
-        """Judge the tick; returns what is found to lie from now on. `imu_used`: the inertial sensor in use."""
+        """Judge the tick; returns what is found to lie from now on. `driven`, `maybe_late`: the boat is armed, and the
+        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use."""
         evidence, self._evidence = self._evidence, Evidence()
-        evidence.driven, evidence.imu_used = driven, imu_used
+        evidence.driven, evidence.maybe_late = driven and not maybe_late, driven and maybe_late
+        evidence.imu_used = imu_used
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
-        if current is not None and driven:
+        if current is not None and evidence.driven:
             evidence.model = ModelStep(current.run, current.carried[0], current.carried[1], current.carried_turn_radps)
         evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
         evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]

@@ -13,6 +13,7 @@ _HELD_MPS = 0.05  # a boat that moves faster over ground is not held fast
 _LEAST_MPS = 0.1  # desired speed below which no way need be made
 # A boat that turns faster is neither aground nor without propeller: this, or a share of PATH_YAW_RATE if that is less.
 _TURNS_RADPS, _TURNS_SHARE = math.radians(5.0), 0.5
+_TURN_S = 3.0  # time constant of that turn: a boat that swings to and fro does not turn
 _PUSH_SHARE = 0.2  # of the largest surge force: less is no push
 _MADE_SHARE = 0.5  # of the desired speed that counts as way
 _NEEDED_SHARE = 0.5  # of the thrust that the hull may need at its speed and FS_WAY_DRIFT, for thrust to be in vain
@@ -32,19 +33,20 @@ class WayWatch:
     A mode that asks for forces desires no speed. What the model would have reached stands for it, and the boat must lie
     still; it may push astern as well, and pauses between its pushes do not count.
 
-    Remembers the speed desired in vain, the speed by the model, the current, and for how long thrust has been in vain.
+    Remembers the speed desired in vain, the speed by the model, the current, the mean turn, and for how long thrust has been in vain.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull, self._most_n, self._parameters = config.hull, config.limits.surge_n, parameters
         self.in_vain = False
-        self._vain_s = self._seen_s = self._stream_mps = self._model_mps = 0.0
+        self._vain_s = self._seen_s = self._stream_mps = self._model_mps = self._turn_radps = 0.0
         self._vain_mps = 0.0  # desired in vain, for the last time
 
     def update(self, nav: NavState, desired_mps: float | None, surge_n: float, now_s: float) -> None:
         """As `HullWatch.update`."""
         dt_s = min(_LONGEST_STEP_S, max(0.0, now_s - self._seen_s))
         self._seen_s = now_s
+        self._turn_radps += dt_s / (dt_s + _TURN_S) * (nav.yaw_rate_radps - self._turn_radps)
         still = math.hypot(nav.north_mps, nav.east_mps) < _AT_REST_MPS
         if desired_mps is None:
             ahead = math.copysign(1.0, surge_n)
@@ -73,7 +75,7 @@ class WayWatch:
     def _hindered(self, nav: NavState, speed_mps: float, desired_mps: float) -> bool:
         asked = desired_mps >= _LEAST_MPS and nav.position_valid
         turns_radps = min(_TURNS_RADPS, _TURNS_SHARE * math.radians(self._parameters["PATH_YAW_RATE"]))
-        return asked and speed_mps < _MADE_SHARE * desired_mps and abs(nav.yaw_rate_radps) < turns_radps
+        return asked and speed_mps < _MADE_SHARE * desired_mps and abs(self._turn_radps) < turns_radps
 
     def _count(self, speed_mps: float, desired_mps: float, vain_s: float) -> None:
         """Sum up for how long thrust was in vain, or see that way is made again."""

@@ -19,6 +19,7 @@ TABLE = load()
 SAMPLE = {  # some seconds of processor time in all
     ("revolt", "Mission"): ("aground", "capsized"),
     ("cybership2", "Hold"): ("gnss_lost", "bridge_garbled", "leak", "process_stopped", "disk_full"),
+    ("heron", "Circle"): ("thruster_fouled",),
     ("otter", "Manual"): ("sticks_silent", "imu_stuck", "safe_switch_silent"),
     ("cybership2", "Follow"): ("leader_lying",),
 }

@@ -145,7 +145,8 @@ class HeadingDrift(Hypothesis):
             if source is None:
                 source = self._sources[seen.source] = _Source()
             settled = evidence.inertial is not None and evidence.inertial.settled
-            if evidence.driven and settled and seen.turned_rad is not None:
+            judged = evidence.driven or evidence.maybe_late  # `is_late` allows for that
+            if judged and settled and seen.turned_rad is not None:
                 self._compare(source, seen, evidence, Channel(Sense.HEADING, seen.source) in evidence.distrusted)
             else:
                 source.last = None

@@ -127,7 +127,7 @@ class IntegrityMonitor:
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Take the readings of a tick; returns what is found to lie from now on, and must not be used."""
         if self._parameters["NAV_INTEG"] == _OFF:
-            evidence.driven = False
+            evidence.driven = evidence.maybe_late = False
         if self._driven and not evidence.driven:
             self._forget()
         self._driven = evidence.driven

@@ -114,6 +114,16 @@ def test_a_slow_turn_is_one_for_a_boat_that_turns_slowly() -> None:
     assert not Bench(PATH_YAW_RATE=5.0).sail(30.0, **turning).aground_or_fouled  # type: ignore[arg-type]
 
 
+def test_a_boat_that_swings_to_and_fro_does_not_turn() -> None:
+    """Heron and BlueBoat with one of two propellers fouled swung by 5 to 7°/s on their circle: not told in 18 s."""
+    bench, swings = Bench(), 0
+    while not bench.watch.aground_or_fouled and swings < 8:
+        swings += 1
+        for rate_degps in (2.0, 7.0, 2.0, -2.0, -7.0, -2.0):
+            bench.sail(0.5, desired_mps=0.6, push_n=45.0, yaw_rate_radps=math.radians(rate_degps))
+    assert bench.watch.aground_or_fouled and 3 <= swings <= 5
+
+
 def test_a_current_explains_that_no_way_is_made_unless_it_is_estimated_from_then_on() -> None:
     stemmed, aground = Bench(), Bench()
     stemmed.sail(1.0, current_north_mps=-0.6, current_east_mps=0.0)

@@ -31,6 +31,17 @@ def test_a_heading_that_creeps_is_blamed(creep_degps: float, within_s: float) ->
     assert found[0][1].asks
 
 
+def test_a_creep_is_blamed_while_the_receiver_may_be_late() -> None:
+    """A creep that a turn makes look like latency: nothing was judged for 10 s, and WAM-V's bow went 10° off."""
+
+    def creeps(evidence: Evidence, age_s: float) -> None:
+        evidence.driven, evidence.maybe_late = False, True
+        turned(evidence, math.radians(age_s))
+
+    found = known().go(9.0, creeps)
+    assert found and {finding.channel for _, finding in found} == {HEADING}
+
+
 def test_a_creep_as_slow_as_a_gyro_drifts_is_not_told() -> None:
     assert known().go(60.0, lambda evidence, age_s: turned(evidence, math.radians(0.1 * age_s))) == []
 
@@ -227,12 +238,14 @@ class CorneringBoat(Boat):
         return math.radians(15.0) * (1.0 - math.cos(2.0 * math.pi * share))
 
 
-def cornered(for_s: float, then: Spoil | None = None) -> list[Channel]:
-    """Whom a late heading has blamed for some time; or, with a lie that begins then, in the next 9 s."""
+def cornered(for_s: float, then: Spoil | None = None, doubted: bool = False) -> list[Channel]:
+    """Whom a late heading has blamed for some time; or, with a lie that begins then, in the next 9 s. `doubted`: the
+    receiver's times are in doubt."""
     boat = CorneringBoat()
     passage = Passage(HeadingDrift(), boat)
 
     def late(evidence: Evidence, age_s: float) -> None:
+        evidence.driven, evidence.maybe_late = not doubted, doubted
         evidence.headings = [
             seen._replace(yaw_rad=seen.yaw_rad - boat.yaw(seen.t_s) + boat.yaw(seen.t_s - 0.3))
             for seen in evidence.headings
@@ -247,9 +260,10 @@ def cornered(for_s: float, then: Spoil | None = None) -> list[Channel]:
     return [finding.channel for _, finding in (found if then is None else passage.go(9.0, lying))]
 
 
-def test_what_a_late_heading_makes_of_a_turn_is_blamed_on_nobody() -> None:
+@pytest.mark.parametrize("doubted", [False, True])
+def test_what_a_late_heading_makes_of_a_turn_is_blamed_on_nobody(doubted: bool) -> None:
     """It lags by 9° and comes back: once the gyro was blamed for that, for good, and the heading was 20° off."""
-    assert cornered(60.0) == []
+    assert cornered(60.0, doubted=doubted) == []
 
 
 @pytest.mark.parametrize(
