@@ -33,7 +33,8 @@ class WayWatch:
     A mode that asks for forces desires no speed. What the model would have reached stands for it, and the boat must lie
     still; it may push astern as well, and pauses between its pushes do not count.
 
-    Remembers the speed desired in vain, the speed by the model, the current, the mean turn, and for how long thrust has been in vain.
+    Remembers the speed desired in vain, the speed by the model, the current, the mean turn, and for how long thrust has
+    been in vain.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
