@@ -357,10 +357,13 @@ class Estimator:
             self._receivers.velocity(inertial, velocity.t_s, (velocity.north_mps, velocity.east_mps), lever)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
-        solution, known_rad = self._solutions.used, math.inf
-        if self._headings.by_motion and isinstance(solution, InertialSolution):
+        solution, known_rad, blind = self._solutions.used, math.inf, False
+        if not isinstance(solution, InertialSolution):
+            used = self._headings.used
+            blind = used is not None and not self._witness.trusts(Sense.HEADING, used)
+        elif self._headings.by_motion:
             known_rad = solution.filter.sigmas()[2]
-        course = self._headings.course(velocity, known_rad)
+        course = self._headings.course(velocity, known_rad, blind)
         if course is not None:
             self._fuse_heading(velocity.t_s, course)
         for ahrs in self._ahrs.values():

@@ -166,16 +166,19 @@ class HeadingSources:
         """The estimator has found the heading by the boat's motion (`heading_search`), and keeps it by that."""
         self._use(Measured(t_s, _MOTION, 0.0, 0.0, 0.0))
 
-    def course(self, velocity: GroundVelocity, known_rad: float = math.inf) -> TrueHeading | None:
+    def course(
+        self, velocity: GroundVelocity, known_rad: float = math.inf, blind: bool = False
+    ) -> TrueHeading | None:
         """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow.
-        `known_rad`: one sigma of the estimate's own heading."""
+        `known_rad`: one sigma of the estimate's own heading. `blind`: the heading in use is found to lie and no gyro
+        carries it, so that nothing else is waited for."""
         if self.by_motion and known_rad <= HEADING_COAST_RAD:
             return None
         t_s, speed_mps = velocity.t_s, math.hypot(velocity.north_mps, velocity.east_mps)
         in_use = self._used == _COURSE and t_s - self._course_s <= _COURSE_AFTER_S
         if speed_mps < (_COURSE_KEPT_MPS if in_use else _COURSE_SPEED_MPS):
             return None
-        if t_s - self._heading_s <= _COURSE_AFTER_S or t_s - self._course_s < _COURSE_PERIOD_S:
+        if t_s - self._heading_s <= (0.0 if blind else _COURSE_AFTER_S) or t_s - self._course_s < _COURSE_PERIOD_S:
             return None
         self._course_s = t_s
         course = math.atan2(velocity.east_mps, velocity.north_mps)

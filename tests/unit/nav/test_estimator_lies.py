@@ -234,6 +234,28 @@ def test_an_inertial_sensor_that_repeats_is_done_without() -> None:
     assert boat.off()[0] < 0.3
 
 
+def all_repeats() -> Lie:
+    """Inertial sensor and heading, which a board with a compass sends together."""
+    first: dict[type, Reading] = {}
+
+    def lie(reading: Reading, age_s: float) -> Reading:
+        if not isinstance(reading, Imu | Heading):
+            return reading
+        return replace(first.setdefault(type(reading), reading), t_s=reading.t_s)
+
+    return lie
+
+
+def test_without_heading_and_gyro_the_course_is_taken_at_once() -> None:
+    """Until then the heading stays while the boat turns: ÅBOAT turned by 50° on its circle, and lost its heading."""
+    boat, lie = Afloat({}, Voyage(duration_s=40.0, speed_mps=2.0, radius_m=10.0)), all_repeats()
+    boat.go(LIE_S - 0.1)
+    boat.go(LIE_S + 1.2, lie)
+    assert "Heading source: course over ground (gnss lost)" in boat.said
+    assert not boat.go(LIE_S + 2.4, lie).heading_valid, "it is 25° off, and was believed"
+    assert boat.go(LIE_S + 4.0, lie).heading_valid and math.degrees(boat.off()[1]) < 10.0
+
+
 def axis_stuck(name: str) -> Lie:
     first: list[float] = []
 

@@ -104,6 +104,14 @@ def test_course_is_the_last_resort() -> None:
     assert listener.said[-1][0] is TextKind.ATTENTION and "course over ground" in listener.said[-1][1]
 
 
+def test_course_does_not_wait_for_a_heading_that_lies() -> None:
+    listener = Listener()
+    listener.hear(0.0, "gnss", 1.0, HeadingBy.BASELINE)
+    north = GroundVelocity(0.5, "gnss", 1.5, 0.0)
+    assert listener.sources.course(north) is None
+    assert listener.sources.course(north, blind=True) is not None
+
+
 def at_rest(compass: HeadingBy, offset_rad: float) -> tuple[Estimator, list[str]]:
     """A minute at rest, bow 0.7 rad, with a receiver of one antenna and an inertial sensor with a compass."""
     said: list[str] = []
