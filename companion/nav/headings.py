@@ -166,9 +166,7 @@ class HeadingSources:
         """The estimator has found the heading by the boat's motion (`heading_search`), and keeps it by that."""
         self._use(Measured(t_s, _MOTION, 0.0, 0.0, 0.0))
 
-    def course(
-        self, velocity: GroundVelocity, known_rad: float = math.inf, blind: bool = False
-    ) -> TrueHeading | None:
+    def course(self, velocity: GroundVelocity, known_rad: float = math.inf, blind: bool = False) -> TrueHeading | None:
         """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow.
         `known_rad`: one sigma of the estimate's own heading. `blind`: the heading in use is found to lie and no gyro
         carries it, so that nothing else is waited for."""
