@@ -24,7 +24,8 @@ class KnownCurrent:
         self._last_mps = (0.0, 0.0)
 
     def hand_over(self, setpoint: PathSetpoint, nav: NavState, bias: BiasForce) -> None:
-        """Where the current becomes known, take off `bias` what its drag adds; where it becomes unknown, add it."""
+        """Where the current becomes known, take off `bias` what its drag adds, as far as that has learnt it; where it
+        becomes unknown, add it."""
         before, last_mps = self._known, self._last_mps
         self._known = nav.current_north_mps is not None and nav.current_east_mps is not None
         if self._known:
@@ -35,5 +36,15 @@ class KnownCurrent:
         u, v = setpoint.surge_mps, setpoint.sway_mps
         there_x, there_y, _ = damping(self._hull, u - x_mps, v - y_mps, 0.0)
         still_x, still_y, _ = damping(self._hull, u, v, 0.0)
-        sign = -1.0 if self._known else 1.0
-        bias.grow(sign * (there_x - still_x), sign * (there_y - still_y), 0.0, nav.yaw_rad, 1.0)
+        more_x, more_y = there_x - still_x, there_y - still_y
+        if self._known:
+            learnt_x, learnt_y, _ = bias.in_body(nav.yaw_rad)
+            more_x, more_y = -_common(more_x, learnt_x), -_common(more_y, learnt_y)
+        bias.grow(more_x, more_y, 0.0, nav.yaw_rad, 1.0)
+
+
+def _common(a: float, b: float) -> float:
+    """What both have of one direction."""
+    if a * b <= 0.0:
+        return 0.0
+    return a if abs(a) < abs(b) else b
