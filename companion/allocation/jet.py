@@ -2,8 +2,8 @@
 
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
-the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to more
-where that has long been too little, because wind holds the bow.
+the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to some times
+JET_STEER_N where that has long been too little, because wind holds the bow.
 """
 
 from __future__ import annotations
@@ -64,11 +64,12 @@ class JetAllocator(SteeredAllocator):
     def _steering_n(self, wanted_n: float, surge_n: float, surge_mps: float, dt_s: float) -> float:
         """The thrust for steering, of that with which the nozzle at its stop would give the moment. What the water
         takes at the present speed lets the boat gather no way."""
-        usual_n = max(self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps)))
-        short = wanted_n > max(usual_n, surge_n)
+        usual_n, drag_n = self._parameters["JET_STEER_N"], self._hull.drag_n(max(0.0, surge_mps))
+        short = wanted_n > max(usual_n, drag_n, surge_n)
         self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
-        return min(wanted_n, usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S))
+        more_n = usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S)
+        return min(wanted_n, max(more_n, drag_n))
 
     def _wanted(self, thrust_n: float, surge_mps: float) -> float:
         """The throttle for a thrust: 0, or at least the one at which the impeller turns; between them with

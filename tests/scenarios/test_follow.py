@@ -257,6 +257,10 @@ def test_half_of_the_packets_lost(tmp_path: Path) -> None:
         assert pooled_rms(half, name) <= 1.5 * pooled_rms(whole, name), name
 
 
+def test_beside_a_leader_that_has_stopped_steering_gathers_no_way(tmp_path: Path) -> None:
+    sail("follow", tmp_path, 4, leader="stop@8.2", wind="8", current="0.5")
+
+
 @pytest.mark.sweep
 @pytest.mark.parametrize("leader", ["stop@8.2", "reverse@8.2"])
 @pytest.mark.parametrize("weather", [{"wind": "4"}, {"wind": "8", "current": "0.5"}], ids=["breeze", "stream"])

@@ -99,6 +99,13 @@ def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
 
 
+def test_at_speed_what_the_water_takes_does_not_grow() -> None:
+    """Grown as well, it drove the boat past a leader at rest at 3.3 m/s."""
+    drag_n = VESSEL.hull.drag_n(4.0)
+    result = settle(allocator(JET_STEER_N=0.1 * drag_n), Wrench(0.0, 0.0, 5000.0), 4.0, 20.0)
+    assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(drag_n, rel=1e-3)
+
+
 def test_a_jet_cannot_brake_or_push_sideways() -> None:
     result = settle(allocator(), Wrench(-800.0, 0.0, 0.0), 8.0)
     assert result.thrusters[0].throttle == 0.0 and result.achieved == Wrench(0.0, 0.0, 0.0)
