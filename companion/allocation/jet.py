@@ -2,8 +2,8 @@
 
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
-the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to some times
-JET_STEER_N where that has long been too little, because wind holds the bow.
+the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to some
+times JET_STEER_N where that has long been too little, because wind holds the bow.
 """
 
 from __future__ import annotations
