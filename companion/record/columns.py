@@ -102,7 +102,7 @@ class ColumnWriter:
             parts += [text(last + at, _text_of(getattr(reading, name))) for reading in readings]
         return b"".join(parts) if len(parts) > 1 else quick
 
-    def _widened(self, columns: Sequence[Sequence[float]], tick_us: int) -> bytes:
+    def _widened(self, columns: Sequence[Sequence[Any]], tick_us: int) -> bytes:
         """The source and the columns, each in the narrowest form that holds it; the layout becomes these forms."""
         forms = list(self.layout.forms)
         parts = [self._source]
@@ -174,7 +174,8 @@ class Packer:
         return [(tick_us - age) / _US for age in ages] == times_s
 
 
-def _number(value: float | None) -> float:
+def _number(value: Any) -> Any:
+    """NaN for None. Of any type, since compiled code makes floats of integers where float is written."""
     return math.nan if value is None else value
 
 
@@ -205,7 +206,8 @@ class ColumnReader:
 
     def readings(self, data: bytes, tick_us: int) -> Iterator[Reading]:
         """The rows of a message. Raises Damaged, ValueError, TypeError, struct.error, UnicodeDecodeError."""
-        source, columns, texts, numbers = "", {}, {name: list[str]() for name in self._codec.texts}, ()
+        source, columns, texts = "", {}, {name: list[str]() for name in self._codec.texts}
+        numbers: tuple[float, ...] = ()
         for number, _, value in parts_of(data):
             if number == _SOURCE:
                 source = value.decode()
@@ -232,7 +234,7 @@ class ColumnReader:
             yield self._codec.kind_type(source=source, **dict(zip(names, row, strict=True)), **more)
 
 
-def _packed(form: str, column: Sequence[float], tick_us: int) -> bytes | None:
+def _packed(form: str, column: Sequence[Any], tick_us: int) -> bytes | None:
     """The column's bytes; None where this form does not give them back exactly."""
     narrow, exact = _structs(_CODES[form], len(column))
     if form == "d":

@@ -37,8 +37,8 @@ class Column:
     optional: bool
     has_default: bool
 
-    def value(self, number: float) -> Any:
-        """The field's value. Raises ValueError for a number that it cannot be."""
+    def value(self, number: Any) -> Any:
+        """The field's value, of a float or an integer. Raises ValueError for a number that it cannot be."""
         if self.optional and math.isnan(number):
             return None
         if self.code == "q" or self.kind is float:

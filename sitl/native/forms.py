@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import copy
+from collections.abc import Iterator
 
 from sitl.native.edits import Edits
 
@@ -31,6 +32,8 @@ def change_form(node: ast.AST, edits: Edits) -> None:
         _zip(node.iter, edits)
     elif isinstance(node, ast.Slice):
         _refuse_effects(node)
+    elif isinstance(node, ast.FunctionDef):
+        _refuse_empty(node)
 
 
 def _refuse_effects(node: ast.Slice) -> None:
@@ -44,6 +47,29 @@ def _refuse_bare(call: ast.Call) -> None:
     """mypyc's classes call `__init__` in `__new__`, so there is no object without it."""
     if isinstance(call.func, ast.Attribute) and call.func.attr == "__new__":
         raise ValueError(f"line {call.lineno}: an object made by __new__, for which mypyc calls __init__")
+
+
+def _refuse_empty(function: ast.FunctionDef) -> None:
+    """A name whose first value is `()` has the type of the empty tuple in mypyc, and no other tuple goes into it."""
+    known = {argument.arg for argument in (*function.args.args, *function.args.kwonlyargs)}
+    statements = [node for node in ast.walk(function) if isinstance(node, ast.Assign | ast.AnnAssign)]
+    for statement in sorted(statements, key=lambda each: each.lineno):
+        targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+        value = statement.value if isinstance(statement, ast.Assign) else None  # an annotated name has its type
+        for name, begins in [bound for target in targets for bound in _bound(target, value)]:
+            if name not in known and isinstance(begins, ast.Tuple) and not begins.elts:
+                raise ValueError(f"line {statement.lineno}: {name} begins as (), whose type mypyc keeps: annotate it")
+            known.add(name)
+
+
+def _bound(target: ast.expr, value: ast.expr | None) -> Iterator[tuple[str, ast.expr | None]]:
+    """Each name that an assignment binds, with the value that is written beside it."""
+    if isinstance(target, ast.Name):
+        yield target.id, value
+    elif isinstance(target, ast.Tuple):
+        beside = value.elts if isinstance(value, ast.Tuple) else [None] * len(target.elts)
+        for part, own in zip(target.elts, beside, strict=False):
+            yield from _bound(part, own)
 
 
 def _sum(call: ast.Call, edits: Edits) -> None:

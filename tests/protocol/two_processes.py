@@ -126,6 +126,8 @@ class TwoProcesses:
         ends = self._end()
         if kind is None:
             assert all(code == 0 and not errors for code, _, errors in ends), ends
+        elif error is not None:
+            error.add_note(f"exit code, output and errors of each: {ends}")
         self.said = ends[-1][1]
 
     def _start(self, arguments: list[str]) -> Copy:

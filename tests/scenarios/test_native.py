@@ -22,6 +22,19 @@ changes = {"follow": {"time": "20"}, "fence_stop": {"by": "mission"}}.get(name, 
 run(SCENARIOS[name], LockstepRig, Path(folder), seed=0, vessel=vessel, changes=changes)
 """
 
+# Rooms whose tests replace nothing of what is compiled, and look at values that pass through many types.
+COMPILED_TOO = (
+    "tests/replay",
+    "tests/unit/record/test_mcap_log.py",
+    "tests/unit/record/test_readings.py",
+    "tests/unit/record/test_ulog.py",
+    "tests/unit/io/mavlink/transfer",
+    "tests/unit/io/mavlink/wire",
+    "tests/unit/io/sensors",
+    "tests/unit/mission",
+    "tests/unit/supervisor",
+)
+
 BUILT = bool(native.usable(native.ROOT, native.FOLDER)[0])
 
 
@@ -57,6 +70,17 @@ def test_both_sail_the_same(scenario: str, vessel: str, tmp_path: Path) -> None:
 @pytest.mark.skipif(not BUILT, reason="no native build of these sources: `make native`")
 def test_the_bench_can_time_it() -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/unit/test_bench_stopwatches.py"]
+    environment = {**os.environ, "USV_NATIVE": "require"}
+    done = subprocess.run(command, cwd=native.ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.process
+@pytest.mark.skipif(not BUILT, reason="no native build of these sources: `make native`")
+@pytest.mark.parametrize("room", COMPILED_TOO)
+def test_its_values_are_those_of_the_interpreter(room: str) -> None:
+    """An integer where `float` is written becomes a float, compiled: the log's readings came back as others."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not sweep", room]
     environment = {**os.environ, "USV_NATIVE": "require"}
     done = subprocess.run(command, cwd=native.ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout

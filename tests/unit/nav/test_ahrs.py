@@ -41,7 +41,7 @@ class Found:
 def follow(sailing: Sailing, law: type[Ahrs] | type[ThesisAhrs] = Ahrs, velocities_until_s: float = math.inf) -> Found:
     motion, ahrs = sail(sailing), law(GRAVITY_MPS2)
     force, rates, field, velocity = (
-        rows.tolist() for rows in (motion.force, motion.rates, motion.field, motion.velocity)
+        list(map(tuple, rows.tolist())) for rows in (motion.force, motion.rates, motion.field, motion.velocity)
     )
     errors = []
     for k, t_s in enumerate(motion.t_s.tolist()):

@@ -170,6 +170,16 @@ def test_a_slice_that_does_something_is_refused(bound: str) -> None:
         prepared(f"rest = data[{bound} :]\n")
 
 
+def test_a_name_that_begins_as_an_empty_tuple_is_refused() -> None:
+    """Compiled, logs with channels of a transmitter or with a lidar's distances could not be read."""
+    for bound in ("found = ()", "name, found = '', ()"):
+        with pytest.raises(ValueError, match="line 2: found begins as"):
+            prepared(f"def read(data):\n    {bound}\n    found = take(data)\n")
+    for bound in ("found: tuple[int, ...] = ()", "found = take(data)\n    found = ()"):
+        prepared(f"def read(data):\n    {bound}\n    found = take(data)\n")
+    prepared("def read(data, found):\n    data, found = 1, ()\n")
+
+
 def test_an_object_without_its_init_is_refused() -> None:
     with pytest.raises(ValueError, match="line 1: an object made by __new__"):
         prepared("area = Area.__new__(Area)\n")
