@@ -27,7 +27,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, McapRecord, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from companion.core.decision import Event
+from companion.core.decision import Event, TextKind
 from companion.core.readings import KINDS
 from companion.core.tick import DeviceHealth, Tick
 from companion.record import log_schemas as schemas
@@ -61,6 +61,7 @@ class McapEncoder:
         self._next = schemas.FIRST_FREE
         self._writers: dict[_Key, ColumnWriter] = {}
         self._newest: dict[_Key, tuple[Layout, int]] = {}  # the layout in use, and its channel
+        self._left_out: set[_Key] = set()
         self._new: list[bytes] = []  # schemas and channels that no chunk has followed yet
         self._messages: list[bytes] = []
         self._bytes = 0
@@ -144,14 +145,28 @@ class McapEncoder:
         now_us = tick_us_of(tick.nav.t_s)
         channels: dict[_Key, Iterator[int]] = {}
         for key, readings in groups.items():
-            if (writer := self._writers.get(key)) is None:
-                kind = _KIND_OF[key[0]]
-                writer = self._writers[key] = ColumnWriter(kind, key[1], CODECS[kind])
-            if writer.single:
-                channels[key] = iter([self._columns(writer, key, [reading], now_us) for reading in readings])
-            else:
-                channels[key] = repeat(self._columns(writer, key, readings, now_us))
-        return [next(channels[key]) for key in keys]
+            try:
+                channels[key] = self._channels_of(key, readings, now_us)
+            except (ArithmeticError, TypeError, ValueError, struct.error) as error:
+                self._leave_out(key, error, tick.t_s)
+        return [next(channels[key]) for key in keys if key in channels]
+
+    def _channels_of(self, key: _Key, readings: Sequence[Any], now_us: int) -> Iterator[int]:
+        """Write the readings of one kind and source. Returns the channel of each. Raises what packing raises."""
+        if (writer := self._writers.get(key)) is None:
+            kind = _KIND_OF[key[0]]
+            writer = self._writers[key] = ColumnWriter(kind, key[1], CODECS[kind])
+        if writer.single:
+            return iter([self._columns(writer, key, [reading], now_us) for reading in readings])
+        return repeat(self._columns(writer, key, readings, now_us))
+
+    def _leave_out(self, key: _Key, error: Exception, t_s: float) -> None:
+        """A reading that cannot be packed is a mistake of this program, and must not end a boat's run: its tick goes
+        without, and the log says so, once for each device and kind."""
+        if key not in self._left_out:
+            self._left_out.add(key)
+            said = f"{key[1]}: readings left out of the log ({type(error).__name__}: {error})"
+            self._event(Event(t_s, TextKind.ATTENTION, "log_left_out", said))
 
     def _columns(self, writer: ColumnWriter, key: _Key, readings: Sequence[Any], now_us: int) -> int:
         """Write a message of these readings. Returns its channel."""

@@ -15,7 +15,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from companion.core.actuation import ThrusterCommand, Wrench
 from companion.core.decision import Event, TextKind
-from companion.core.readings import KINDS, FixType, Heading, Imu, ManualInput, RcInput, Reading
+from companion.core.readings import KINDS, FixType, Heading, Imu, ManualInput, RcInput, Reading, TimeOfDay
 from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PoseSetpoint, ThrusterSetpoint
 from companion.core.tick import DeviceHealth, Tick
 from companion.record.mcap_log import CHUNK_S, McapEncoder
@@ -240,6 +240,18 @@ def test_a_kind_that_has_no_row_yet_ends_nothing(tmp_path: Path) -> None:
 
     path = file_of([replace(tick(0.0), readings=(Sonar(), READINGS[2]))], tmp_path / "a")  # type: ignore[arg-type]
     assert back(path)[0][0].readings == (READINGS[2],)
+
+
+def test_a_reading_that_cannot_be_packed_ends_nothing_and_is_said_once(tmp_path: Path) -> None:
+    beyond = TimeOfDay(THIRD, "gnss", 2**70)
+    rows = [replace(tick(0.1 * n), readings=(READINGS[2], beyond, READINGS[3])) for n in range(3)]
+    path = file_of(rows, tmp_path / "a.mcap")
+    ticks, warnings = back(path)
+    assert warnings == [] and [t.readings for t in ticks] == [(READINGS[2], READINGS[3])] * 3
+    with path.open("rb") as file:
+        decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages(topics=["/log"])
+        (said,) = [message.message for _, _, _, message in decoded]
+    assert said.startswith("gnss: readings left out of the log (error: ")
 
 
 def test_before_the_first_fix_no_place_is_shown(tmp_path: Path) -> None:
