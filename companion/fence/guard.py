@@ -111,6 +111,7 @@ class FenceGuard:
         self._entered = False
         self._kept = False  # the armed boat has been where plans may lead
         self._breached = False
+        self._is_narrow = False  # a new fence, of which that has not been said yet
         self._breaches = 0
         self._breach_s: float | None = None
         self._slowed = False
@@ -216,6 +217,8 @@ class FenceGuard:
         self._leave(Prepared(self._key, self._areas, self._ways))
         self._key, self._areas, self._ways = prepared.key, prepared.areas, prepared.ways
         self.no_circle = prepared.no_circle
+        areas = prepared.areas
+        self._is_narrow = areas is not None and areas.keeping.empty and not areas.fence.empty
         if not circle_moved:
             self._entered = self._kept = self._breached = self._slowed = False
             self.cause = None
@@ -309,13 +312,21 @@ class FenceGuard:
 
     def held_place(self, place: Place) -> Place:
         """Where a boat that drifts in its watch circle holds, which is to hold `place`: the nearest place so far inside
-        that the circle is, and that it can go straight to. `place` itself where there is none, and outside the
-        fence."""
+        that the circle is, and that it can go straight to; the middle of a fence that is too small for that.
+        `place` itself where it cannot go straight there, and outside the fence."""
         areas = self.areas()
         if areas is None or not areas.fence.contains(*place) or areas.keeping.contains(*place):
             return place
-        inside = areas.keeping.nearest_inside(*place)
+        inside = (areas.fence.middle if areas.keeping.empty else areas.keeping).nearest_inside(*place)
         return inside if inside is not None and areas.fence.covers((place, inside)) else place
+
+    def room_about_m(self, place: Place) -> float:
+        """How far a boat whose middle lies at `place` may drift on any course; infinite without a fence, and
+        outside."""
+        areas = self.areas()
+        if areas is None or not areas.fence.contains(*place):
+            return math.inf
+        return max(0.0, areas.fence.margin(*place).distance_m - 0.5 * self._config.length_m)
 
     def room_m(self, place: Place, course_rad: float) -> float:
         """How far the middle of the boat may go from `place` on a course; infinite without a fence ahead, and
@@ -341,6 +352,7 @@ class FenceGuard:
         if areas is None:
             self._sight.forget()
             return
+        self._announce_narrow(now_s)
         before, self._seen = self._seen, self._sight.update(nav, armed, mode.needs_position, now_s)
         if not self._seen:
             if before and armed and mode.by_stick and self.cause is None:
@@ -361,6 +373,13 @@ class FenceGuard:
             self.cause = "Outside the fence" if self._entered else None
         else:
             self.cause = self._ahead(areas, nav, mode) if armed else None
+
+    def _announce_narrow(self, now_s: float) -> None:
+        """Say of a new fence that it has no place for plans: the boat holds in its middle."""
+        if self._is_narrow:
+            self._is_narrow = False
+            text = f"Fence leaves no room beyond FENCE_MARGIN {self._parameters['FENCE_MARGIN']:g} m"
+            self._events.say(now_s, TextKind.ATTENTION, "fence_narrow", text)
 
     def _out_of_sight(self, areas: FenceAreas, nav: NavState) -> str | None:
         """The warning where the boat's place becomes unknown so near to the line that it may soon be there; None where

@@ -20,6 +20,7 @@ from companion.positioning.stop import Stop
 _OUT_SHARE = 0.75  # of the watch circle: the boat turns back when it would drift past this within _WARNING_S
 _WARNING_S = 4.0  # to start the impeller and turn
 _ABOVE_SHARE = 0.45  # of the watch circle: how far upstream of the hold point the boat sails back to
+_LEAST_CIRCLE_SHARE = 0.3  # of the watch circle: a boat that turns back sooner would never drift
 _DRIFT_TAU_S = 8.0
 _SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
 _LEAST_DRIFT_MPS = 0.05
@@ -32,7 +33,8 @@ class DriftKeeper:
     """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
     again. Under way, it first coasts, and holds where it will have coasted to. Where that is too near to a fence for
-    its watch circle, it turns back at once, to a place further inside.
+    its watch circle, it turns back at once, to a place further inside. In a fence without room for that circle it
+    drifts no further than to the line.
 
     Remembers the hold point, whether the boat is stopping, turning back at once, or sailing back and since when, and
     the measured drift over ground.
@@ -103,7 +105,7 @@ class DriftKeeper:
             self._returning = not self._will_rest_there(nav)
             if self._returning_s > _LONGEST_RETURN_S:
                 self._turn_back()
-        elif distance_m + _WARNING_S * _outward_mps(nav, north_m, east_m) > _OUT_SHARE * self._parameters["DP_WATCH_R"]:
+        elif distance_m + _WARNING_S * _outward_mps(nav, north_m, east_m) > _OUT_SHARE * self._circle_m():
             self._turn_back()
         self._arrived = self._arrived or not self._returning
         if not self._returning:
@@ -123,6 +125,12 @@ class DriftKeeper:
         rest = nav.north_m + share_s * nav.north_mps, nav.east_m + share_s * nav.east_mps
         return rest if self._fence is None or self._fence.held_place(rest) == rest else place
 
+    def _circle_m(self) -> float:
+        """Radius about the hold point in which it drifts: the watch circle, or the room that a fence leaves."""
+        watch_m = self._parameters["DP_WATCH_R"]
+        room_m = math.inf if self._fence is None else self._fence.room_about_m(self._point)
+        return min(watch_m, max(_LEAST_CIRCLE_SHARE * watch_m, room_m))
+
     def _drifts(self, distance_m: float) -> WrenchSetpoint:
         return WrenchSetpoint(ZERO_WRENCH, replace(self._progress(distance_m), yaw_rad=self._heading_rad))
 
@@ -140,7 +148,7 @@ class DriftKeeper:
         drift_mps = math.hypot(*self._drift)
         above_m = 0.0
         if drift_mps >= _LEAST_DRIFT_MPS:
-            above_m = _ABOVE_SHARE * self._parameters["DP_WATCH_R"] / drift_mps
+            above_m = _ABOVE_SHARE * self._circle_m() / drift_mps
         self._aim = self._point[0] - above_m * self._drift[0], self._point[1] - above_m * self._drift[1]
         self._returning, self._returning_s, self._turning = True, 0.0, False
 

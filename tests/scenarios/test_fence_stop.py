@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from companion.cli.rig import LockstepRig
-from companion.config.vessel import bundled
+from companion.config.vessel import bundled, find
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 
@@ -50,6 +50,17 @@ def test_every_boat_stops_inside(tmp_path: Path, vessel: str, by: str) -> None:
 )
 def test_stops_inside_in_other_conditions(tmp_path: Path, by: str, change: dict[str, str]) -> None:
     stop(tmp_path, 3, by=by, **change)
+
+
+def test_a_fence_too_small_for_its_margin_is_kept(tmp_path: Path) -> None:
+    """A boat without reverse held where it had coasted to, and drifted over the line within its watch circle."""
+    text = find("rescuerunner").read_text(encoding="utf-8")
+    for line, other in (("DP_WATCH_R = 25.0", "DP_WATCH_R = 44.0"), ("FENCE_MARGIN = 25.0", "FENCE_MARGIN = 50.0")):
+        assert text.count(line) == 1
+        text = text.replace(line, other)
+    path = tmp_path / "wide.toml"
+    path.write_text(text, encoding="utf-8")
+    stop(tmp_path / "log", 0, vessel=str(path), stay="90")
 
 
 def test_a_check_can_fail(tmp_path: Path) -> None:

@@ -33,6 +33,16 @@ def test_distance_and_direction_in_a_box() -> None:
     assert PLAIN.margin(50.0, 0.0).distance_m == 0.0
 
 
+@pytest.mark.parametrize("corners", [BOX, [(0.0, 0.0), (8.0, 0.0), (8.0, 500.0), (0.0, 500.0)], [*BOX, (40.0, 0.0)]])
+def test_the_middle_is_as_deep_as_the_largest_disc_inside(corners: list[tuple[float, float]]) -> None:
+    area = FenceArea({0: [corners]}, [])
+    deepest_m = shapely.maximum_inscribed_circle(Polygon(corners)).length
+    for place in shapely.get_coordinates(area.middle.geometry):
+        assert area.margin(*place).distance_m == pytest.approx(0.9 * deepest_m, rel=0.03)
+    assert area.middle.nearest_inside(-60.0, 250.0) is not None
+    assert FenceArea({0: [BOX], 1: [HOLE]}, [BOX, HOLE]).middle.empty
+
+
 @given(places)
 @settings(max_examples=300, deadline=None)
 def test_signed_distance_is_shapelys(place: tuple[float, float]) -> None:

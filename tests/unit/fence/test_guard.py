@@ -557,6 +557,19 @@ def test_a_boat_that_drifts_in_its_watch_circle_holds_so_far_inside_that_the_cir
     assert guard.held_place((60.0, 5.0)) == (60.0, 5.0), "outside it holds where it is"
 
 
+def test_in_a_fence_too_small_for_its_margin_it_holds_in_the_middle(boat: Boat) -> None:
+    boat.parameters.set("FENCE_MARGIN", 50.0)
+    fence(boat)
+    at(boat, 0.0, 0.0)
+    boat.tick()
+    boat.tick()
+    assert boat.texts().count("Fence leaves no room beyond FENCE_MARGIN 50 m") == 1
+    guard = boat.supervisor.parts.fence
+    assert guard.held_place((49.0, 3.0)) == pytest.approx((5.0, 3.0), abs=1.5)
+    assert guard.room_about_m((30.0, 0.0)) == pytest.approx(20.0 - 0.5 * boat.config.length_m, abs=0.05)
+    assert guard.room_about_m((60.0, 0.0)) == math.inf, "outside"
+
+
 @pytest.mark.parametrize("by_fence", [True, False])
 def test_stopped_by_the_fence_a_boat_holds_with_the_margin_to_spare(boat: Boat, by_fence: bool) -> None:
     """A boat that had come to rest with its bow at the line was pushed over it by waves. An operator who chooses Hold

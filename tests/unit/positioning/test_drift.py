@@ -88,6 +88,9 @@ def test_a_jet_that_has_come_round_before_a_fence_sails_to_its_point_and_not_bey
         def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
             return min(place[0], 4.0), place[1]
 
+        def room_about_m(self, place: tuple[float, float]) -> float:
+            return 4.0 + CIRCLE_M - place[0]
+
     keeper = DriftKeeper(VESSEL, PARAMETERS, cast(FenceGuard, Line()))
     keeper.start(replace(NO_ESTIMATE, surge_mps=5.0, north_mps=5.0))
     going = replace(NO_ESTIMATE, north_m=20.0, north_mps=4.0, surge_mps=4.0)
@@ -95,6 +98,24 @@ def test_a_jet_that_has_come_round_before_a_fence_sails_to_its_point_and_not_bey
     assert keeper.aim[0] < -10.0, "the nearest way round is aimed at first"
     keeper.update(replace(going, yaw_rad=3.0, north_mps=-4.0), None, 8.0, DT_S)
     assert keeper.aim == keeper.target[:2] == (4.0, 0.0)
+
+
+def test_in_a_fence_without_room_for_its_watch_circle_it_turns_back_before_the_line(boat: Boat) -> None:
+    """A jet of 7 m whose fence was too small for its margin drifted 25 m over it, within its watch circle."""
+    room_m = 0.6 * CIRCLE_M
+
+    class Box:
+        def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+            return place
+
+        def room_about_m(self, place: tuple[float, float]) -> float:
+            return room_m
+
+    particle = Particle(boat.nav, (0.3, 0.0))
+    particle.keeper = DriftKeeper(VESSEL, PARAMETERS, cast(FenceGuard, Box()))
+    particle.keeper.start(particle.nav)
+    particle.sail(600.0)
+    assert particle.returns and particle.furthest_m < room_m
 
 
 def test_in_still_water_it_does_nothing(boat: Boat) -> None:
