@@ -30,9 +30,6 @@ COMPILED_TOO = (
     "tests/unit/record/test_ulog.py",
     "tests/unit/io/mavlink/transfer",
     "tests/unit/io/mavlink/wire",
-    "tests/unit/io/sensors",
-    "tests/unit/mission",
-    "tests/unit/supervisor",
 )
 
 BUILT = bool(native.usable(native.ROOT, native.FOLDER)[0])
