@@ -28,7 +28,6 @@ COMPILED_TOO = (
     "tests/unit/record/test_mcap_log.py",
     "tests/unit/record/test_readings.py",
     "tests/unit/record/test_ulog.py",
-    "tests/unit/io/mavlink/transfer",
     "tests/unit/io/mavlink/wire",
 )
 
