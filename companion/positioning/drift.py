@@ -34,7 +34,7 @@ class DriftKeeper:
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
     again. Under way, it first coasts, and holds where it will have coasted to. Where that is too near to a fence for
     its watch circle, it turns back at once, to a place further inside. In a fence without room for that circle it
-    drifts no further than to the line.
+    drifts no further than to the line, but 0.3 of that circle in any case.
 
     Remembers the hold point, whether the boat is stopping, turning back at once, or sailing back and since when, and
     the measured drift over ground.

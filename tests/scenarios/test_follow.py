@@ -63,15 +63,13 @@ def pooled_rms(runs: list[Mapping[str, float]], name: str) -> float:
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize(("seed", "swings"), [(2, True), (3, False), (4, False), (100, False), (101, False)])
-def test_behind_a_nozzle_slower_than_the_file_says_the_boat_follows(tmp_path: Path, seed: int, swings: bool) -> None:
-    """It is found where the first turns make the boat swing, and no more often than it has to be said."""
+@pytest.mark.parametrize("seed", [2, 3, 4, 100, 101])  # of those whose first turns made it swing
+def test_a_nozzle_slower_than_the_file_says_is_found_and_the_boat_follows(tmp_path: Path, seed: int) -> None:
     found = sail("follow", tmp_path, seed, plant="as_sailed")
     assert found["known_in_wake_share"] > 0.98 and found["swing_straight_rms_deg"] < 2.0
     with (tmp_path / "events.csv").open(encoding="utf-8") as file:
         told = [row["text"] for row in csv.DictReader(file) if row["name"] == "turn_rate_jet"]
-    assert swings <= len(told) <= 1
-    assert all(re.fullmatch(r"Thruster jet turns at 1[2-7] of 70 deg/s", text) for text in told)
+    assert len(told) == 1 and re.fullmatch(r"Thruster jet turns at 1[2-7] of 70 deg/s", told[0])
 
 
 @pytest.mark.sweep
