@@ -25,6 +25,7 @@ from companion.following.keep_out import EITHER, way_round
 from companion.following.track import LeaderTrack
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.sideslip import steered_hull_of
 from companion.params.store import Parameters
 
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track
@@ -99,7 +100,7 @@ class FollowLaw:
         self._can_sway = config.limits.sway_n > 0.0
         self._can_reverse = can_reverse
         self._coasting = Coasting(config.hull, _FASTEST_MPS)
-        self._crab = CrabCompensation(top_speed_mps(config))
+        self._crab = CrabCompensation(top_speed_mps(config), steered_hull_of(config))
         self.track = LeaderTrack()
         self._clearance = Clearance(config, parameters, can_reverse)
         self._s: float | None = None

@@ -7,6 +7,7 @@ import math
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
+from companion.guidance.sideslip import Sideslip, SteeredHull
 
 _THROUGH_MPS = 0.15  # least speed through the water along the course: a slower boat drifts, whatever its heading
 _DRIFT_TIME_S = 4.0
@@ -20,12 +21,14 @@ class CrabCompensation:
     """Call `update` every tick (and `sail_at`, for `bow_rad`), then `heading_rad`.
 
     Uses the estimated current, or, while none is known, the drift that it learns itself: the sideways velocity over
-    ground, remembered in NED so that it stays correct through a bend. `top_mps`: top speed through the water. Remembers
-    current or drift, and the leg's speed.
+    ground beyond the hull's own sideslip, remembered in NED so that it stays correct through a bend. `top_mps`: top
+    speed through the water. `steered`: the hull of a boat without sideways thrust. Remembers current or drift, the
+    sideslip, and the leg's speed.
     """
 
-    def __init__(self, top_mps: float) -> None:
+    def __init__(self, top_mps: float, steered: SteeredHull | None = None) -> None:
         self._top_mps = top_mps
+        self._sideslip = Sideslip(steered)
         self.reset()
 
     def reset(self) -> None:
@@ -34,6 +37,7 @@ class CrabCompensation:
         self._fresh = True
         self._supposed = False
         self._leg_mps = 0.0
+        self._sideslip.reset()
 
     def begin(self, nav: NavState) -> None:
         """Forget drift and speed, and take for the drift what carries the boat aside, while no current is known: a boat
@@ -51,9 +55,10 @@ class CrabCompensation:
     def update(self, nav: NavState, speed_mps: float, straight: float, dt_s: float) -> None:
         """Learn the drift, while no current is known. `straight`: from 1 on a steady course to 0 in a bend, where the
         hull slips for other reasons."""
-        known = _current(nav)
+        known, slip_mps = _current(nav), self._sideslip.update(nav, dt_s)
         if known is None:
-            self._learn_drift(nav, max(speed_mps, abs(nav.surge_mps)), straight * min(1.0, dt_s / _DRIFT_TIME_S))
+            bound_mps, part = max(speed_mps, abs(nav.surge_mps)), straight * min(1.0, dt_s / _DRIFT_TIME_S)
+            self._learn_drift(nav, bound_mps, part, slip_mps)
             if self._supposed:
                 kept = 1.0 - min(1.0, dt_s / _SUPPOSED_TIME_S)
                 self._north, self._east = kept * self._north, kept * self._east
@@ -64,9 +69,9 @@ class CrabCompensation:
             self._east += part * (known[1] - self._east)
         self._fresh = False
 
-    def _learn_drift(self, nav: NavState, bound_mps: float, part: float) -> None:
+    def _learn_drift(self, nav: NavState, bound_mps: float, part: float, slip_mps: float = 0.0) -> None:
         across_north, across_east = -math.sin(nav.yaw_rad), math.cos(nav.yaw_rad)
-        drift = min(bound_mps, max(-bound_mps, nav.sway_mps))
+        drift = min(bound_mps, max(-bound_mps, nav.sway_mps - slip_mps))
         learnt = part * (drift - (self._north * across_north + self._east * across_east))
         self._north += learnt * across_north
         self._east += learnt * across_east

@@ -118,7 +118,7 @@ class PathTracker:
         self._learns = _LEARNS if turning.arc is None else _LEARNS_IN_ARC
         self._agility = agility
         self._laid: LaidTrack | None = None
-        self._crab = CrabCompensation(top_mps)
+        self._crab = CrabCompensation(top_mps, turning.steered)
         self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab, submit)
         self._up = RoundingUp(parameters, turning.on_the_spot)
         self._waypoints: tuple[Waypoint, ...] = ()

@@ -11,6 +11,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.config.yaw_limit import YawLimit
 from companion.guidance.bend_speed import BendSpeeds
+from companion.guidance.sideslip import SteeredHull, steered_hull_of
 
 _LATEST_S = 6.0
 
@@ -19,12 +20,13 @@ _LATEST_S = 6.0
 class Turning:
     """`arc`: the hull of a boat that a rudder turns; None for others. `bends`: the speeds in bends of a boat that the
     moment of its thrusters turns; None for others, and for one with sideways thrust. `aside`: what turns it pushes it
-    out of the turn, as a thruster does that turns itself."""
+    out of the turn, as a thruster does that turns itself. `steered`: None for a boat with sideways thrust."""
 
     on_the_spot: bool = False
     arc: HullConfig | None = None
     bends: BendSpeeds | None = None
     aside: bool = False
+    steered: SteeredHull | None = None
 
     def late_s(self, surge_mps: float, sway_mps: float) -> float:
         """How much later than its bow the boat turns its course, in an arc."""
@@ -47,7 +49,7 @@ def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     """How the vessel turns; `on_the_spot`: it needs no way for it."""
     rudder = config.has_rudder
     aside = any(thruster.kind != "fixed" for thruster in config.thrusters)
-    return Turning(on_the_spot, config.hull if rudder else None, bends_of(config), aside)
+    return Turning(on_the_spot, config.hull if rudder else None, bends_of(config), aside, steered_hull_of(config))
 
 
 def bends_of(config: VesselConfig) -> BendSpeeds | None:

@@ -13,6 +13,7 @@ from companion.core.setpoint import PathSetpoint, Progress, Setpoint, WrenchSetp
 from companion.guidance.course_keeping import CourseKeeping
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.motion_request import MotionRequest, Pair
+from companion.guidance.sideslip import SteeredHull
 from companion.params.store import Parameters
 
 _STANDING_MPS = 0.05  # a slower request means to stand still
@@ -29,9 +30,11 @@ class VelocityCourse:
     the drift, what keeps the course beside it, and the velocity that a requested acceleration has reached.
     """
 
-    def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
+    def __init__(
+        self, parameters: Parameters, top_mps: float, can_reverse: bool, steered: SteeredHull | None = None
+    ) -> None:
         self._parameters = parameters
-        self._crab = CrabCompensation(top_mps)
+        self._crab = CrabCompensation(top_mps, steered)
         self._keeping = CourseKeeping()
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0

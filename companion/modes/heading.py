@@ -15,6 +15,7 @@ from companion.core.events import EventLog
 from companion.core.readings import ManualInput
 from companion.core.setpoint import NEUTRAL_SETPOINT, HeadingSetpoint, PathSetpoint, Setpoint
 from companion.guidance.motion_request import MotionRequest
+from companion.guidance.sideslip import steered_hull_of
 from companion.guidance.velocity_course import VelocityCourse
 from companion.modes.mode import Mode
 from companion.params.store import Parameters
@@ -43,7 +44,9 @@ class HeadingMode(Mode):
         self._config = config
         self._parameters = parameters
         self._events = events
-        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
+        self._course = VelocityCourse(
+            parameters, top_speed_mps(config), can_reverse(config.thrusters), steered_hull_of(config)
+        )
         self._can_sway = config.limits.sway_n > 0.0
         self._yaw_rad = 0.0
         self._by_speed = False

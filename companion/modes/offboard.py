@@ -14,6 +14,7 @@ from companion.core.events import EventLog
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
 from companion.guidance.motion_reference import MotionReference
+from companion.guidance.sideslip import steered_hull_of
 from companion.guidance.velocity_course import VelocityCourse
 from companion.modes.mode import Mode
 from companion.modes.parts.guided_limits import GuidedLimits
@@ -59,7 +60,9 @@ class OffboardMode(Mode):
         self._can_sway = config.limits.sway_n > 0.0
         self._hold_point = HoldPoint(config, parameters, fence)
         self._reference = MotionReference(config.length_m, parameters, fence.reach_mps)
-        self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
+        self._course = VelocityCourse(
+            parameters, top_speed_mps(config), can_reverse(config.thrusters), steered_hull_of(config)
+        )
         self._headway = Headway("Offboard", events)
         self.limits = GuidedLimits()
         self._target: OffboardTarget | None = None

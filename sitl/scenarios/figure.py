@@ -50,8 +50,11 @@ def finish_panels(panels: Sequence[Axes], t_s: Sequence[float], label: str = "ti
 
 
 def legend(axes: Axes, right: bool = False) -> None:
-    """The legend above the axes, so that it lies over no data. `right`: at the right end, for a second scale."""
+    """The legend above the axes, so that it lies over no data; none where nothing has a label. `right`: at the right
+    end, for a second scale."""
     handles, _ = axes.get_legend_handles_labels()
+    if not handles:
+        return
     axes.legend(
         loc="lower right" if right else "lower left",
         bbox_to_anchor=(1.0 if right else 0.0, 1.0),

@@ -261,14 +261,17 @@ class Chase:
     def recovery_s(self, gap_m: float) -> tuple[float, ...]:
         """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s.
 
-        Infinite where that does not happen before the next bend or the end. Bends too close to the end of the run are
-        omitted.
+        Infinite where that does not happen before the next bend or the end. Omitted: bends too close to the end of the
+        run, and those that a follower in its place leaves when the leader turns again already.
         """
         times = []
         good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
         for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
             if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:
+                continue
+            straight_to_m = self.leader_arc[self.t <= end_s].max() - gap_m
+            if straight_to_m < bend.end_m + _BACK_S * self.leader_surge.max():
                 continue
             times.append(self._good_after(good, through_s, end_s))
         return tuple(times)

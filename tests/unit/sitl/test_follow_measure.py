@@ -99,6 +99,26 @@ def test_recovery_is_counted_from_the_end_of_the_bend(tmp_path: Path) -> None:
     assert stuck.recovery_s(20.0) == (math.inf,)
 
 
+def dogleg(arc_m: float, radius_m: float = 5.0, between_m: float = 30.0) -> Place:
+    """North for 400 m, a quarter of a circle to starboard, east for 30 m, a quarter to port, and north."""
+    quarter_m = 0.5 * math.pi * radius_m
+    if arc_m < 400.0 + quarter_m:
+        return hairpin(arc_m, radius_m)
+    arc_m -= 400.0 + quarter_m
+    if arc_m < between_m:
+        return 400.0 + radius_m, radius_m + arc_m, 0.5 * math.pi
+    turned = min(0.5 * math.pi, (arc_m - between_m) / radius_m)
+    north_m = 400.0 + 2.0 * radius_m - radius_m * math.cos(turned) + max(0.0, arc_m - between_m - quarter_m)
+    return north_m, radius_m + between_m + radius_m * math.sin(turned), 0.5 * math.pi - turned
+
+
+def test_no_recovery_is_asked_where_the_leader_turns_again_before(tmp_path: Path) -> None:
+    close = chase(tmp_path, dogleg, lambda t: 40.0, lambda t: 0.0, 80.0)
+    assert len(close.bends) == 2 and close.recovery_s(40.0) == (0.0,)
+    apart = chase(tmp_path, lambda arc_m: dogleg(arc_m, between_m=80.0), lambda t: 40.0, lambda t: 0.0, 80.0)
+    assert apart.recovery_s(40.0) == (0.0, 0.0)
+
+
 def test_projection_against_shapely() -> None:
     rng = np.random.default_rng(3)
     arc = np.arange(0.0, 300.0, 0.3)

@@ -1,0 +1,70 @@
+"""The sideways speed that a boat's own turns give its hull: it is no drift, and gone a few seconds after the turn.
+
+What steers the boat pushes at x_s, so that its moment N comes with the force Y = N/x_s. N leaves the equations of sway
+and yaw (Fossen 2021, with C and D as in `companion.control.model`) by
+
+a v̇ + b ṙ = −(C + D)_y + (C + D)_n/x_s, with a = m22 − m32/x_s, b = m23 − m33/x_s
+
+and the yaw acceleration, which is noise, leaves them by v + (b/a) r. A boat that steers by the difference of its
+thrusters has no Y: 1/x_s is 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from companion.config.hull import HullConfig
+from companion.config.vessel import VesselConfig
+from companion.core.estimate import NavState
+
+_LEAST_DECAY = 0.5  # of what the sway's damping alone gives: the model may be of a hull that does not go straight
+
+
+@dataclass(frozen=True, slots=True)
+class SteeredHull:
+    """A hull without sideways thrust. `steers_1pm`: 1/x_s of what steers it, x_s in m ahead of the middle; 0: a
+    difference of thrusters."""
+
+    hull: HullConfig
+    steers_1pm: float = 0.0
+
+
+def steered_hull_of(config: VesselConfig) -> SteeredHull | None:
+    """None for a boat that pushes itself sideways."""
+    if config.limits.sway_n > 0.0:
+        return None
+    places_m = [t.x_m if t.rudder is None else t.rudder.x_m for t in config.thrusters if t.turns]
+    return SteeredHull(config.hull, 1.0 / places_m[0] if places_m and places_m[0] else 0.0)
+
+
+class Sideslip:
+    """`update` every tick → sideways speed in m/s; 0 without a hull. Remembers v + (b/a) r."""
+
+    def __init__(self, steered: SteeredHull | None) -> None:
+        self._steered = steered
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with a boat that does not slip."""
+        self._sum: float | None = None
+
+    def update(self, nav: NavState, dt_s: float) -> float:
+        """The sideways speed at the surge and yaw rate of `nav`, to starboard, as far as turns explain it."""
+        if self._steered is None:
+            return 0.0
+        hull, at = self._steered.hull, self._steered.steers_1pm
+        d, u, r = hull.damping, nav.surge_mps, nav.yaw_rate_radps
+        inertia = hull.m22_kg - hull.yaw_coupling_kgm * at
+        lever = (hull.m23_kgm - hull.m33_kgm2 * at) / inertia
+        total = lever * r if self._sum is None else self._sum
+        slip = total - lever * r
+        au, av, ar = abs(u), abs(slip), abs(r)
+        munk = (hull.m22_kg - hull.m11_kg) * u
+        y_v = d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au
+        n_v = munk + d.n_v + d.n_vv * av + d.n_rv * ar + d.n_uv * au
+        y_r = hull.m11_kg * u + d.y_r + d.y_vr * av + d.y_rr * ar
+        n_r = hull.m23_kgm * u + d.n_r + d.n_vr * av + d.n_rr * ar + d.n_ur * au
+        decay_1ps = max(_LEAST_DECAY * y_v, y_v - at * n_v) / inertia
+        forced = (at * n_r - y_r) / inertia * r
+        self._sum = (total + dt_s * (forced + decay_1ps * lever * r)) / (1.0 + dt_s * decay_1ps)
+        return self._sum - lever * r
