@@ -25,7 +25,7 @@ from companion.following.keep_out import EITHER, way_round
 from companion.following.track import LeaderTrack
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab_compensation import CrabCompensation
-from companion.guidance.sideslip import steered_hull_of
+from companion.guidance.turning import turning_of
 from companion.params.store import Parameters
 
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track
@@ -100,7 +100,8 @@ class FollowLaw:
         self._can_sway = config.limits.sway_n > 0.0
         self._can_reverse = can_reverse
         self._coasting = Coasting(config.hull, _FASTEST_MPS)
-        self._crab = CrabCompensation(top_speed_mps(config), steered_hull_of(config))
+        self._turning = turning_of(config, on_the_spot=False)
+        self._crab = CrabCompensation(top_speed_mps(config), self._turning.steered)
         self.track = LeaderTrack()
         self._clearance = Clearance(config, parameters, can_reverse)
         self._s: float | None = None
@@ -229,7 +230,8 @@ class FollowLaw:
         track.trim(min(s, track.end_s_m - self.distance_m))
         goal_s = track.end_s_m - self.distance_m
         speed = self._speed(leader.speed_mps, goal_s - s, leader.acceleration_mps2)
-        ahead = track.at(s + self._preview_s * self._cruising_mps)
+        preview_s = self._preview_s + self._turning.late_s(nav.surge_mps, nav.sway_mps)
+        ahead = track.at(s + preview_s * self._cruising_mps)
         drift = nav.east_mps * math.cos(here.course_rad) - nav.north_mps * math.sin(here.course_rad)
         along = nav.north_mps * math.cos(here.course_rad) + nav.east_mps * math.sin(here.course_rad)
         turn = max(0.0, along) * ahead.curvature_1pm - drift * look / (look * look + cross * cross)

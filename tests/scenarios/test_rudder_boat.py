@@ -37,6 +37,7 @@ def test_it_holds_within_its_alarm_circle_without_circling(tmp_path: Path, seed:
     ("name", "changes"),
     [
         ("follow", {"leader": "straight@0.9", "gnss": "sbas", "wind": "2", "gap": "15"}),
+        ("follow", {"leader": "slalom@1.0", "gnss": "rtk"}),
         ("circle", {"wind": "2"}),
         ("gnss_dropout", {}),
         ("offboard", {}),

@@ -18,6 +18,7 @@ from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
 from tests.unit.following.leaders import DT_S, Jet, Lead, leader_at
+from tests.unit.guidance.test_long_hulls import LAUNCH
 
 JET = load(find("rescuerunner"))
 ASTERN = (20.0, math.pi)
@@ -86,6 +87,20 @@ def test_a_boat_that_steers_late_looks_further_along_the_track() -> None:
     usual = chase.law.update(nav, leader, ASTERN, chase.now_s)
     late = chase.law.update(nav, leader, ASTERN, chase.now_s, steers_late_s=1.2)
     assert late.course_rad > usual.course_rad + 0.02
+
+
+def test_a_hull_that_its_rudder_turns_late_begins_a_bend_before_the_leaders_track_does() -> None:
+    """A launch began each bend 3 m too late, and came out of it 3 to 9 m off the track."""
+    asked, boat = [], replace(AT_REST, north_m=27.0, surge_mps=1.5, north_mps=1.5)
+    for damping in (LAUNCH.hull.damping, replace(LAUNCH.hull.damping, y_v=1e6)):  # the second slides nowhere
+        law = FollowLaw(replace(LAUNCH, hull=replace(LAUNCH.hull, damping=damping)), Parameters(LAUNCH.parameters), True)
+        lead, now_s = Lead(20.0, 0.0), 0.0
+        law.start(boat, lead.step(1.5), ASTERN, now_s)
+        while lead.course_rad < 1.5:
+            now_s += DT_S
+            motion = law.update(boat, lead.step(1.5, 0.2 if lead.north_m > 30.0 else 0.0), ASTERN, now_s)
+        asked.append(motion.course_rad)
+    assert asked[0] > asked[1] + 0.1
 
 
 def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
