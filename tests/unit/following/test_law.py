@@ -93,7 +93,9 @@ def test_a_hull_that_its_rudder_turns_late_begins_a_bend_before_the_leaders_trac
     """A launch began each bend 3 m too late, and came out of it 3 to 9 m off the track."""
     asked, boat = [], replace(AT_REST, north_m=27.0, surge_mps=1.5, north_mps=1.5)
     for damping in (LAUNCH.hull.damping, replace(LAUNCH.hull.damping, y_v=1e6)):  # the second slides nowhere
-        law = FollowLaw(replace(LAUNCH, hull=replace(LAUNCH.hull, damping=damping)), Parameters(LAUNCH.parameters), True)
+        law = FollowLaw(
+            replace(LAUNCH, hull=replace(LAUNCH.hull, damping=damping)), Parameters(LAUNCH.parameters), True
+        )
         lead, now_s = Lead(20.0, 0.0), 0.0
         law.start(boat, lead.step(1.5), ASTERN, now_s)
         while lead.course_rad < 1.5:
