@@ -225,7 +225,7 @@ class Allocator(_AllocatorBase):
         planned path where the last one was more than they give. In a stream the bow has to come round first."""
         if not (self._failed or (planned and self._beyond_reach)) or self._scales[1] <= 0.0:
             return wrench
-        least_n, most_n = sway_reach_n(self._thrusters, self._failed, wrench.yaw_nm)
+        least_n, most_n = sway_reach_n(self._thrusters, self._failed, wrench.yaw_nm, wrench.surge_n)
         return replace(wrench, sway_n=min(most_n, max(least_n, wrench.sway_n)))
 
     def _foresee(self, wrench: Wrench, ahead: Sequence[Wrench], dt_s: float) -> ThrusterPlan | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.cli.new_file import Answers, file_text
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
@@ -82,6 +83,19 @@ def test_station_keeping(tmp_path: Path, seed: int) -> None:
 @pytest.mark.parametrize("name", ["station_keeping", "thruster_failure"])
 def test_station_keeping_whole(tmp_path: Path, name: str, seed: int) -> None:
     sail(name, tmp_path, seed)
+
+
+@pytest.mark.parametrize("seed", seeds(1, 4))
+def test_a_stern_thruster_and_one_across_the_bow_bring_a_boat_back(tmp_path: Path, seed: int) -> None:
+    """For a sideways force that they do not have they drove it ahead at 1 m/s: it orbited its hold point, 8 m off."""
+    answers = Answers(
+        "launch", "Launch", "monohull", 2.1, 0.6, 70.0, None, None, None, "twin-bow", "T200", None, 0.42,
+        "microcontroller", "one", 63.4, 10.4,
+    )  # fmt: skip
+    file = tmp_path / "launch.toml"
+    file.write_text(file_text(answers), encoding="utf-8")
+    metrics = sail("thruster_failure", tmp_path / "log", seed, str(file), wind="2@167", current="")
+    assert metrics["position_max_m"] < 5.0
 
 
 def test_without_matplotlib_it_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
