@@ -26,10 +26,11 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     folders = [folder, *(folder / name for name in asked.get("others", ()))]
     chases = [Chase(each, asked.get("plot_from_s", asked["from_s"] - 5.0)) for each in folders]
     figure = new_figure(17.0, 10.0)
-    grid = figure.add_gridspec(5, 2, width_ratios=(1.0, 1.1))
-    _chart(figure.add_subplot(grid[:3, 0]), chases, asked)
-    _around_leader(figure.add_subplot(grid[3:, 0]), chases, asked)
-    right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(5)]
+    rows = 5 if asked["nozzle"] else 4
+    grid = figure.add_gridspec(rows, 2, width_ratios=(1.0, 1.1))
+    _chart(figure.add_subplot(grid[: rows - 2, 0]), chases, asked)
+    _around_leader(figure.add_subplot(grid[rows - 2 :, 0]), chases, asked)
+    right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(rows)]
     for each, chase, color in zip(folders, chases, _COLORS, strict=False):
         _against_time(right, each, chase, asked, color, len(chases) == 1)
     mark_times(figure, right, [(t_s - asked["from_s"], text) for t_s, text in asked.get("marks", ())])
