@@ -3,8 +3,9 @@
 A single turning thruster, or several at one end of the boat, push sideways only as they turn it. Asked for both, they
 would give up heading and way ahead for a little of a force that they do not have. The moment has priority.
 
-Two thrusters that do not turn, as one at the stern and one across the bow, give a moment and a force ahead; the sideways
-force follows from these. Asked for another one, they pushed a boat ahead that was to go astern: it orbited its point.
+Two thrusters that do not turn, as one at the stern and one across the bow, give a moment and a force ahead; the
+sideways force follows from these. Asked for another one, they pushed a boat ahead that was to go astern: it orbited its
+point.
 """
 
 from __future__ import annotations
