@@ -237,7 +237,7 @@ class FollowLaw:
         turn = max(0.0, along) * ahead.curvature_1pm - drift * look / (look * look + cross * cross)
         goal = track.at(goal_s)
         gain = leader.acceleration_mps2 if abs(goal_s - s) < 0.5 * self.distance_m else 0.0
-        course = wrap_pi(ahead.course_rad - math.atan2(cross, look))
+        course = wrap_pi(ahead.course_rad - self._towards_rad(cross, look))
         motion = FollowMotion(
             course,
             speed,
@@ -258,6 +258,13 @@ class FollowLaw:
             )
 
         return motion, plan
+
+    def _towards_rad(self, cross_m: float, look_m: float) -> float:
+        """How far the course leans towards the track: by line of sight, but no more than a boat in an arc can turn back
+        from without crossing it."""
+        rate_radps = math.radians(self._parameters["PATH_YAW_RATE"])
+        most = self._turning.steepest_back_rad(abs(cross_m), self._cruising_mps, rate_radps)
+        return min(most, max(-most, math.atan2(cross_m, look_m)))
 
     def _speed(self, feed_mps: float, off_m: float, push_mps2: float) -> float:
         """Speed over ground along the way, for a follow position `off_m` ahead that moves at `feed_mps` and

@@ -38,7 +38,7 @@ from companion.guidance.rounding_up import RoundingUp
 from companion.guidance.speed_profile import BendLimits, SpeedProfile
 from companion.guidance.stopping import creep_mps
 from companion.guidance.track import Track
-from companion.guidance.turning import UNKNOWN, Turning
+from companion.guidance.turning import PLANNED_TURN, TURN_PREVIEW_S, UNKNOWN, Turning
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
@@ -48,13 +48,11 @@ _LEARNS, _LEARNS_IN_ARC = 2.0, 0.5  # look-ahead distances: a larger error is a 
 # A boat whose bow points so far elsewhere does not answer this law: it turns, or goes round traffic. Then it learns
 # nothing: after 60 s beside its track a boat at 8 m/s overshot it by 10 m.
 _ASTRAY_RAD = math.radians(20.0)
-_PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
 _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
-_TURN_PREVIEW_S = 1.2  # lag of the heading loop
 # Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
 # and current.
 _INSIDE = 0.5
@@ -321,7 +319,7 @@ class PathTracker:
         if self._plans:
             tip = abs(track.at(self._s).curvature_1pm) > _TIP_1PM
             return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
-        beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
+        beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         if abs(turn) > _ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
@@ -332,7 +330,7 @@ class PathTracker:
     def _preview_m(self, nav: NavState) -> float:
         """How far ahead the course is taken, as the bow follows late."""
         late_s = self._turning.late_s(nav.surge_mps, nav.sway_mps)
-        return (min(_TURN_PREVIEW_S, self._earliest_s()) + late_s) * self._speed
+        return (min(TURN_PREVIEW_S, self._earliest_s()) + late_s) * self._speed
 
     def _earliest_s(self) -> float:
         """How early a turn may begin. A boat that nothing pushes sideways, and whose thrusters turn it at once, passes
@@ -413,7 +411,7 @@ class PathTracker:
                 track.curvature_1pm,
                 self._waypoint_s_m,
                 legs,
-                BendLimits(key[0], _PLANNED_TURN * math.radians(key[1]), self._turning.bends),
+                BendLimits(key[0], PLANNED_TURN * math.radians(key[1]), self._turning.bends),
                 key[2],
                 self._stop_at_end,
             )
@@ -501,8 +499,8 @@ class PathTracker:
 
     def _towards_rad(self, error: float, learnt: float, lookahead: float) -> float:
         """How far the course leans towards the track: by line of sight, for the error no more than an arc allows."""
-        radius_m = self._speed / (_PLANNED_TURN * math.radians(self._parameters["PATH_YAW_RATE"]))
-        most = self._turning.steepest_rad(abs(error), radius_m, _TURN_PREVIEW_S * self._speed)
+        rate_radps = math.radians(self._parameters["PATH_YAW_RATE"])
+        most = self._turning.steepest_back_rad(abs(error), self._speed, rate_radps)
         most += abs(math.atan2(learnt, lookahead))
         return min(most, max(-most, math.atan2(error + learnt, lookahead)))
 

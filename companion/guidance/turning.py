@@ -13,6 +13,8 @@ from companion.config.yaw_limit import YawLimit
 from companion.guidance.bend_speed import BendSpeeds
 from companion.guidance.sideslip import SteeredHull, steered_hull_of
 
+PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
+TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _LATEST_S = 6.0
 
 
@@ -31,6 +33,10 @@ class Turning:
     def late_s(self, surge_mps: float, sway_mps: float) -> float:
         """How much later than its bow the boat turns its course, in an arc."""
         return 0.0 if self.arc is None else min(_LATEST_S, self.arc.sway_lag_s(surge_mps, sway_mps))
+
+    def steepest_back_rad(self, off_m: float, speed_mps: float, yaw_rate_radps: float) -> float:
+        """`steepest_rad` at that speed, for a boat that turns at `yaw_rate_radps` at most."""
+        return self.steepest_rad(off_m, speed_mps / (PLANNED_TURN * yaw_rate_radps), TURN_PREVIEW_S * speed_mps)
 
     def steepest_rad(self, off_m: float, radius_m: float, late_m: float) -> float:
         """The steepest course to a line that is `off_m` away, from which a boat in an arc of `radius_m` still turns

@@ -105,6 +105,20 @@ def test_a_hull_that_its_rudder_turns_late_begins_a_bend_before_the_leaders_trac
     assert asked[0] > asked[1] + 0.1
 
 
+def test_a_boat_that_its_rudder_turns_comes_back_to_the_track_without_crossing_it() -> None:
+    leans = []
+    outboard = replace(LAUNCH, thrusters=tuple(replace(t, kind="azimuth", rudder=None) for t in LAUNCH.thrusters))
+    for config in (LAUNCH, outboard):
+        law = FollowLaw(config, Parameters(LAUNCH.parameters), True)
+        boat = replace(AT_REST, east_m=5.0, surge_mps=2.2, north_mps=2.2)
+        leader = leader_at(25.0, speed_mps=2.2)
+        law.start(boat, leader, ASTERN, 0.0)
+        leans.append(-law.update(boat, leader, ASTERN, 0.1).course_rad)
+        look_m = law.lookahead_m
+    assert leans[1] == pytest.approx(math.atan(5.0 / look_m), abs=0.01)
+    assert leans[0] < leans[1] - 0.05
+
+
 def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
     """The look-ahead took both boats at different moments, half a second apart, and held the boat 20 m too far off."""
     chase = astern_of(Lead(0.0, 0.0), 45.0)
