@@ -65,11 +65,13 @@ class BiasForce:
             from_bow = _given_back(y, from_bow / _BOW_SHARE) - y
         self._north_n, self._east_n = body_to_ned(x + _BOW_SHARE * y * turned, y + from_bow, to_rad)
 
-    def take_surge(self, surge_n: float, yaw_rad: float) -> None:
-        """Take over what another law has learnt along the hull, within the limits."""
-        _, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
-        bound = _SHARE * self._limits.surge_n
-        self._north_n, self._east_n = body_to_ned(min(bound, max(-bound, surge_n)), y, yaw_rad)
+    def take(self, along_n: float, north: float, east: float, yaw_rad: float) -> None:
+        """Take over what another law has learnt along a unit vector (NED), within the limits."""
+        x, y = ned_to_body(north, east, yaw_rad)
+        bound = _SHARE * math.hypot(x * self._limits.surge_n, y * self._limits.sway_n)
+        change = min(bound, max(-bound, along_n)) - (north * self._north_n + east * self._east_n)
+        self._north_n += change * north
+        self._east_n += change * east
 
     def unwind(self, demanded: Wrench, achieved: Wrench, yaw_rad: float, dt_s: float) -> None:
         """Reduce the bias by what the thrusters could not give in the last cycle: anti-windup by back-calculation. It

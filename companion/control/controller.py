@@ -22,6 +22,7 @@ from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState, without_waves
+from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     HeadingSetpoint,
     NeutralSetpoint,
@@ -155,9 +156,11 @@ class Controller:
     def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The moment that holds the heading, with the forces of the sticks."""
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
-        if setpoint.pushed_n != 0.0:  # near a fence, the next law has no room to learn it anew
-            air_n, _, _ = wind_force(self._config.windage, self._config.length_m, nav)
-            self._bias.take_surge(air_n - setpoint.pushed_n, nav.yaw_rad)
+        if (pushed_n := math.hypot(*setpoint.pushed_ned_n)) > 0.0:  # near a fence, the next law has no room to learn it
+            north, east = setpoint.pushed_ned_n[0] / pushed_n, setpoint.pushed_ned_n[1] / pushed_n
+            x, y = ned_to_body(north, east, nav.yaw_rad)
+            air_x, air_y, _ = wind_force(self._config.windage, self._config.length_m, nav)
+            self._bias.take(x * air_x + y * air_y - pushed_n, north, east, nav.yaw_rad)
         wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
         return self._limited(self._against_wind_moment(wrench, nav))
 

@@ -135,14 +135,14 @@ def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> P
 
 @dataclass(frozen=True, slots=True)
 class HeadingSetpoint:
-    """A heading to hold, with its yaw rate. `wrench` holds the surge and sway forces of the sticks. `pushed_n`: what
-    pushes the boat ahead over the limit of its speed (negative: astern), as far as that is known."""
+    """A heading to hold, with its yaw rate. `wrench` holds the surge and sway forces of the sticks. `pushed_ned_n`:
+    what pushes the boat over the limit of its speed (north, east), as far as that is known."""
 
     yaw_rad: float
     wrench: Wrench
     yaw_rate_radps: float = 0.0
     progress: Progress = NO_PROGRESS
-    pushed_n: float = 0.0
+    pushed_ned_n: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 from companion.allocation.astern import braking_mps2
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
-from companion.control.surge_governor import SurgeGovernor
+from companion.control.stick_governor import StickGovernor
 from companion.core.decision import FenceState, Home, ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -98,7 +98,7 @@ class FenceGuard:
         self._events = events
         self._frame = frame
         self._circle = HomeCircle(parameters, home, events)
-        self._governor = SurgeGovernor(config, parameters)
+        self._governor = StickGovernor(config, parameters)
         self._braking_mps2 = braking_mps2(config)
         self._coasting = Coasting(config.hull, min(_FASTEST_MPS, top_speed_mps(config)))
         self._key: tuple[object, ...] = ()
@@ -477,8 +477,8 @@ class FenceGuard:
     def limited(
         self, setpoint: Setpoint, mode: SteeredMode, nav: NavState, cruise_mps: float, now_s: float
     ) -> Setpoint:
-        """The setpoint, limited so that the boat stops inside the fence: the speed of a path setpoint, the surge force
-        of a heading setpoint. Others are returned unchanged. A boat steered by stick stops where the mode that the
+        """The setpoint, limited so that the boat stops inside the fence: the speed of a path setpoint, the force of a
+        heading setpoint. Others are returned unchanged. A boat steered by stick stops where the mode that the
         failsafe enters at the line still has room; any other without sideways thrust keeps steerage way."""
         areas = self.areas()
         seen = self._sight.sees(nav, mode.needs_position)
@@ -490,14 +490,15 @@ class FenceGuard:
             areas = replace(areas, stopping=areas.keeping)
         limit = speed_limit(areas, nav, demand, self._parameters)
         if self._config.limits.sway_n <= 0.0 and not mode.by_stick:
-            limit = SpeedLimit(max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps), limit.braking_mps2)
+            limit = replace(limit, speed_mps=max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps))
         if isinstance(setpoint, HeadingSetpoint):
             result: HeadingSetpoint | PathSetpoint = self._governor.limited(
-                setpoint, nav, limit.speed_mps, limit.braking_mps2, now_s
+                setpoint, nav, limit.way, limit.speed_mps, limit.braking_mps2, now_s
             )
         else:
             result = _slower(setpoint, limit)
-        slowed = math.hypot(*_demand(result, nav)) < _SLOWED_SHARE * math.hypot(*demand)
+        left = _demand(result, nav)
+        slowed = left[0] * demand[0] + left[1] * demand[1] < _SLOWED_SHARE * math.hypot(*demand) ** 2
         if slowed:
             if not self._slowed:
                 self._events.say(now_s, TextKind.ROUTINE, "fence_slowed", "Fence ahead: slowing down")

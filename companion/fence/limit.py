@@ -22,11 +22,12 @@ SIGMAS = 2.0
 
 @dataclass(frozen=True, slots=True)
 class SpeedLimit:
-    """Highest speed over ground in the boat's direction, and the deceleration that keeps to it as the line comes
-    nearer."""
+    """Highest speed over ground along `way` (a unit vector, NED), and the deceleration that keeps to it as the line
+    comes nearer."""
 
     speed_mps: float
     braking_mps2: float = 0.0
+    way: tuple[float, float] = (0.0, 0.0)
 
 
 NO_LIMIT = SpeedLimit(math.inf)
@@ -60,16 +61,16 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
         limit = speed_to_stop_in(way_m, deceleration, lag)
         if limit > creep:
             braking = deceleration * limit / (deceleration * lag + limit) if math.isfinite(limit) else 0.0
-            return SpeedLimit(limit, braking)
-        return SpeedLimit(creep)
+            return SpeedLimit(limit, braking, way)
+        return SpeedLimit(creep, way=way)
     near = areas.fence.margin(nav.north_m, nav.east_m)
     if near.distance_m <= 0.0:
         inwards = (demand[0] * near.north + demand[1] * near.east) > 0.0 or math.hypot(*demand) == 0.0
-        return NO_LIMIT if inwards else SpeedLimit(0.0)
+        return NO_LIMIT if inwards else SpeedLimit(0.0, way=way)
     closing = way[0] * near.north + way[1] * near.east
     if closing <= 0.0:
         return NO_LIMIT
-    return SpeedLimit(creep / closing)
+    return SpeedLimit(creep / closing, way=way)
 
 
 def direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
-from companion.control.surge_governor import SurgeGovernor
+from companion.control.stick_governor import StickGovernor
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
@@ -60,6 +60,7 @@ _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
 _TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
 _CARRIED_MPS = 0.8  # a boat in Hold that is no faster is carried, more than it goes
+_HALTS_S = 2.0  # stopped, before it holds there
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _CRAMPED_S = 5.0  # of too little room in the watch circle: what only passes through it moves no hold point
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
@@ -71,6 +72,11 @@ class GuardedMode(Protocol):
     @property
     def id(self) -> ModeId:
         """Which mode it is."""
+        ...
+
+    @property
+    def by_stick(self) -> bool:
+        """Whether the operator steers the boat."""
         ...
 
     @property
@@ -145,7 +151,7 @@ class ObstacleGuard:
     ) -> None:
         self._config = config
         self._fence = fence
-        self._governor = SurgeGovernor(config, parameters)
+        self._governor = StickGovernor(config, parameters)
         self._parameters = parameters
         self._around = surroundings
         self._events = events
@@ -362,13 +368,15 @@ class ObstacleGuard:
         limit = self._limit_mps(nav, along)
         size = math.hypot(*demand)
         if isinstance(setpoint, HeadingSetpoint):
-            return self._governor.limited(setpoint, nav, limit, 0.0, inputs.now_s)
+            return self._governor.limited(setpoint, nav, along, limit, 0.0, inputs.now_s)
         if isinstance(setpoint, PoseSetpoint):
             return self._posed(setpoint, nav, limit, inputs)
         slowed = self._is_slowed(limit < _SLOWED_SHARE * size, inputs.now_s)
         self._mind_stop(slowed and limit < _STOPPED_MPS, inputs.now_s)
         if slowed or self._since_s is not None:
             mode.excuse()
+        if self._halts(setpoint, mode, nav, inputs.now_s):
+            return self._hold(setpoint, inputs)
         if self._since_s is not None and (self._holding or limit < _STOPPED_MPS):
             return self._hold(setpoint, inputs)
         self._holding = False
@@ -406,6 +414,23 @@ class ObstacleGuard:
             self._stopped_s = None
         elif self._stopped_s is None:
             self._stopped_s = now_s
+
+    def _halts(self, setpoint: Setpoint, mode: GuardedMode, nav: NavState, now_s: float) -> bool:
+        """Whether a boat that is stopped in a mode that leads it round nothing holds there, until the way that it wants
+        is free: wind and current would carry it onto what stopped it."""
+        if mode.goes_round or mode.by_stick or mode.drifts:
+            return False
+        if not self._holding:
+            halts = self._stopped_s is not None and now_s - self._stopped_s >= _HALTS_S
+            if halts:
+                self._events.say(now_s, TextKind.ATTENTION, "obstacle_stops", "Obstacle ahead: stopped")
+            return halts
+        motion = desired_motion(setpoint)
+        wanted = body_to_ned(
+            motion.surge_mps, motion.sway_mps, nav.yaw_rad if motion.yaw_rad is None else motion.yaw_rad
+        )
+        size = math.hypot(*wanted)
+        return size < _MOVES_MPS or self._limit_mps(nav, (wanted[0] / size, wanted[1] / size)) < 0.5 * size
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
         """The same, said when it begins."""

@@ -56,6 +56,7 @@ class Sailing:
     goes_round: bool = False
     drifts: bool = False
     docking: bool = False
+    by_stick: bool = False
     id: ModeId = ModeId.MISSION
     found: object = None
     laid: list[object] = field(default_factory=list)

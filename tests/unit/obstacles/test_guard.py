@@ -129,6 +129,39 @@ def test_the_stick_in_heading_is_governed() -> None:
     assert bridge.steer(astern, Sailing(), **motion(0.0, 0.0)) == astern
 
 
+def test_the_stick_aside_is_governed_where_there_is_thrust_aside() -> None:
+    """A stone abeam: only the force ahead was limited."""
+    bridge = Bridge((0.0, 5.0, 1.0), config=load(find("aboat")))
+    aside = HeadingSetpoint(0.0, Wrench(20.0, 150.0, 0.0))
+    got = bridge.steer(aside, Sailing(), sway_mps=1.0, east_mps=1.0)
+    assert isinstance(got, HeadingSetpoint) and got.wrench.sway_n < 0.0
+    assert got.wrench.surge_n == pytest.approx(20.0)
+    away = HeadingSetpoint(0.0, Wrench(0.0, -150.0, 0.0))
+    assert bridge.steer(away, Sailing()) == away
+
+
+def test_in_a_mode_that_leads_round_nothing_a_stopped_boat_holds_until_the_way_is_free() -> None:
+    """An Otter that a stone had stopped on its circle was carried onto it by the wind."""
+    bridge = Bridge((2.4, 0.0, 1.0))
+    asked, mode = PathSetpoint(0.0, surge_mps=1.0), Sailing()
+    for _ in range(8):
+        bridge.steer(asked, mode)
+    assert bridge.texts() == ["Obstacle ahead: slowing down", "Obstacle ahead: stopped"]
+    held = bridge.steer(asked, mode, north_m=0.5, east_m=0.5).progress.place
+    assert held is not None and (held.north_m, held.east_m) == (0.0, 0.0)
+    bridge.seen.circles = np.zeros((0, 3))
+    assert bridge.steer(asked, mode) is asked
+
+
+@pytest.mark.parametrize("of", ["the operator", "a mode with a way"])
+def test_others_do_not_hold_there(of: str) -> None:
+    bridge = Bridge((2.4, 0.0, 1.0))
+    mode = Sailing(by_stick=of == "the operator", goes_round=of != "the operator")
+    for _ in range(8):
+        got = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode)
+    assert got.progress.place is None and "Obstacle ahead: stopped" not in bridge.texts()
+
+
 @pytest.mark.parametrize("case", ["off", "docking", "blind"])
 def test_it_keeps_out_of_the_way(case: str) -> None:
     bridge = Bridge((4.0, 0.0, 1.0))
