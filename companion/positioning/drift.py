@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
@@ -13,7 +14,7 @@ from companion.core.readings import ManualInput
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
 from companion.guidance.coasting import Coasting
-from companion.guidance.stopping import stopping_point
+from companion.guidance.stopping import SMOOTHING_S, stopping_point
 from companion.params.store import Parameters
 from companion.positioning.stop import Stop
 
@@ -26,6 +27,7 @@ _SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
 _LEAST_DRIFT_MPS = 0.05
 _STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
 _LONGEST_RETURN_S = 90.0  # after which it aims anew
+_LEAST_TABLE_MPS = 10.0  # of the table of the ways that it coasts
 _ROUND_COS = 0.5  # of the angle from the bow to the aim: with it a boat that turns back at once has come round
 
 
@@ -33,8 +35,9 @@ class DriftKeeper:
     """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
     upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
     again. Under way, it first coasts, and holds where it will have coasted to. Where that is too near to a fence for
-    its watch circle, it turns back at once, to a place further inside. In a fence without room for that circle it
-    drifts no further than to the line, but 0.3 of that circle in any case.
+    its watch circle, it turns back at once, to a place further inside; one that has then come round short of it holds
+    where it coasts to. In a fence without room for that circle it drifts no further than to the line, but 0.3 of that
+    circle in any case.
 
     Remembers the hold point, whether the boat is stopping, turning back at once, or sailing back and since when, and
     the measured drift over ground.
@@ -44,7 +47,7 @@ class DriftKeeper:
         """`fence`: the boat holds so far inside that its watch circle is."""
         self._parameters = parameters
         self._fence = fence
-        self._coasting = Coasting(config.hull, 10.0)
+        self._coasting = Coasting(config.hull, max(_LEAST_TABLE_MPS, top_speed_mps(config)))
         self._point = self._aim = (0.0, 0.0)
         self._heading_rad = 0.0
         self._returning = self._arrived = self._turning = False
@@ -69,8 +72,7 @@ class DriftKeeper:
 
     def start(self, nav: NavState, fitted: NavState | None = None) -> None:
         """Coast, and hold the point where the boat is slow."""
-        nav = fitted or nav
-        rest = stopping_point(nav, self._parameters)
+        rest = self._rest(nav, fitted)
         self._point = rest if self._fence is None else self._fence.held_place(rest)
         self._stop.begin(nav, self._point)
         self._heading_rad = nav.yaw_rad
@@ -99,7 +101,7 @@ class DriftKeeper:
         if self._stop.lasts:
             return self._drifts(distance_m)
         if self._turning and self._has_come_round(nav):
-            self._turn_back()
+            self._end_turn(nav, behind=_outward_mps(nav, north_m, east_m) > 0.0)
         if self._returning:
             self._returning_s += dt_s
             self._returning = not self._will_rest_there(nav)
@@ -114,6 +116,23 @@ class DriftKeeper:
         fastest = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)))
         return PathSetpoint(self._heading_rad, surge_mps, progress=self._progress(distance_m))
+
+    def _rest(self, nav: NavState, fitted: NavState | None) -> tuple[float, float]:
+        """Where the boat will have coasted to, or where the reference of a stop does. `fitted`: see `start`; it counts
+        where the boat cannot coast straight ahead to rest."""
+        speed_mps = math.hypot(nav.north_mps, nav.east_mps)
+        planned = stopping_point(nav, self._parameters)
+        way_m = min(
+            math.dist(planned, (nav.north_m, nav.east_m)), SMOOTHING_S * speed_mps + self._coasting.way_m(speed_mps)
+        )
+        course_rad = math.atan2(nav.east_mps, nav.north_mps)
+        if (
+            fitted is not None
+            and self._fence is not None
+            and way_m > self._fence.room_m((nav.north_m, nav.east_m), course_rad)
+        ):
+            return stopping_point(fitted, self._parameters)
+        return nav.north_m + way_m * math.cos(course_rad), nav.east_m + way_m * math.sin(course_rad)
 
     def _coasted(self, nav: NavState, place: tuple[float, float]) -> tuple[float, float]:
         """Where a boat that is slow at `place` will come to rest: no way back has to bring it there. The place itself
@@ -142,6 +161,12 @@ class DriftKeeper:
         """Whether a boat that turned back at once has its bow towards its aim."""
         bearing = math.atan2(self._aim[1] - nav.east_m, self._aim[0] - nav.north_m)
         return math.cos(wrap_pi(bearing - nav.yaw_rad)) > _ROUND_COS
+
+    def _end_turn(self, nav: NavState, behind: bool) -> None:
+        """The bow has come round. `behind`: the hold point lies there; the boat holds where it coasts to."""
+        if behind:
+            self._point = self._coasted(nav, (nav.north_m, nav.east_m))
+        self._turn_back()
 
     def _turn_back(self) -> None:
         """Aim at a point upstream of the hold point; at the hold point itself where there is no drift."""

@@ -16,6 +16,7 @@ from companion.core.estimate import NO_ESTIMATE
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.fence.guard import FenceGuard
 from companion.guidance.coasting import Coasting
+from companion.guidance.stopping import SMOOTHING_S, stopping_point
 from companion.params.store import Parameters
 from companion.positioning.drift import DriftKeeper
 from tests.unit.conftest import Boat
@@ -98,6 +99,46 @@ def test_a_jet_that_has_come_round_before_a_fence_sails_to_its_point_and_not_bey
     assert keeper.aim[0] < -10.0, "the nearest way round is aimed at first"
     keeper.update(replace(going, yaw_rad=3.0, north_mps=-4.0), None, 8.0, DT_S)
     assert keeper.aim == keeper.target[:2] == (4.0, 0.0)
+
+
+def test_a_jet_that_has_come_round_short_of_its_point_holds_where_it_coasts_to() -> None:
+    """A jet that was paused at 9.7 m/s turned before its fence, and then sailed 160 m ahead to where it would have
+    coasted to."""
+
+    class Line:
+        def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+            return min(place[0], 4.0), place[1]
+
+        def room_about_m(self, place: tuple[float, float]) -> float:
+            return math.inf
+
+    keeper = DriftKeeper(VESSEL, PARAMETERS, cast(FenceGuard, Line()))
+    keeper.start(replace(NO_ESTIMATE, surge_mps=5.0, north_mps=5.0))
+    keeper.update(replace(NO_ESTIMATE, north_m=-5.0, yaw_rad=3.0, north_mps=-2.0, surge_mps=2.0), None, 8.0, DT_S)
+    north_m, east_m, _ = keeper.target
+    assert -5.0 - Coasting(VESSEL.hull, 10.0).way_m(2.0) - 0.1 < north_m < -6.0 and east_m == 0.0
+    assert keeper.aim == (north_m, east_m)
+
+
+@pytest.mark.parametrize(("room_m", "coasts"), [(200.0, True), (20.0, False)])
+def test_a_jet_with_room_to_coast_ahead_does_not_turn_for_a_fence(room_m: float, coasts: bool) -> None:
+    """The way of a reference that brakes gently was 277 m, that of the jet 150 m."""
+
+    class Ahead:
+        def held_place(self, place: tuple[float, float]) -> tuple[float, float]:
+            return place if place[0] < room_m else (room_m - 10.0, place[1])
+
+        def room_m(self, place: tuple[float, float], course_rad: float) -> float:
+            return room_m - place[0] * math.cos(course_rad)
+
+    keeper = DriftKeeper(VESSEL, PARAMETERS, cast(FenceGuard, Ahead()))
+    begun = replace(NO_ESTIMATE, surge_mps=8.0, north_mps=8.0)
+    keeper.start(begun, replace(begun, surge_mps=1.0, north_mps=1.0))
+    way_m = SMOOTHING_S * 8.0 + Coasting(VESSEL.hull, 10.0).way_m(8.0)
+    planned_m = stopping_point(begun, PARAMETERS)[0]
+    assert 20.0 < way_m < 200.0
+    assert (keeper.target[0] == pytest.approx(min(way_m, planned_m))) is coasts
+    assert coasts or keeper.target[0] < 20.0
 
 
 def test_in_a_fence_without_room_for_its_watch_circle_it_turns_back_before_the_line(boat: Boat) -> None:
