@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sitl.scenarios import (
     ahrs,
+    any_order,
     approach,
     bow_hold,
     circle,
@@ -78,7 +79,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         station_change.SCENARIO,
         two_followers.SCENARIO,
     ),
-    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO, obstacles.SCENARIO, harbour.SCENARIO),
+    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO, obstacles.SCENARIO, harbour.SCENARIO, any_order.SCENARIO),
     "Senses and estimate": (
         gnss_dropout.SCENARIO,
         wild_points.SCENARIO,

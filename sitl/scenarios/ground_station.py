@@ -66,8 +66,8 @@ class Newest:
 class GroundStation:
     """`last`: newest message of each type; `texts`: all STATUSTEXTs, `heard_s` when each came; `acks`, `reached`:
     results and items so far. `fences`: (when, corners as north and east of home in m) of the areas to stay in that it
-    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent. `hears`: ids of
-    messages that `_take` gets besides, for classes made of this one."""
+    uploaded. `ordered_s`: when it last ordered something. `streamed`: what it sends in every tick. `heartbeats` False:
+    it has fallen silent. `hears`: ids of messages that `_take` gets besides, for classes made of this one."""
 
     hears: frozenset[int] = frozenset()
 
@@ -81,6 +81,7 @@ class GroundStation:
         self.reached: list[int] = []
         self.fences: list[tuple[float, tuple[tuple[float, float], ...]]] = []
         self.streamed: Callable[[], Sequence[Any]] = tuple
+        self.ordered_s = -math.inf
         self.heartbeats = True
         self._heartbeat_due_s = 0.0
         self._requests: list[Any] = []
@@ -152,10 +153,27 @@ class GroundStation:
 
     def command(self, number: int, *params: float, expect: int = mavlink.MAV_RESULT_ACCEPTED) -> None:
         """Send COMMAND_LONG and wait for its result. Raises GroundStationTimeout for another result than `expect`."""
-        self.acks.clear()
+        self._send_command(number, params)
+        self._acknowledged(number, expect)
+
+    def ask(self, number: int, *params: float) -> int:
+        """Send COMMAND_LONG. Returns its result, whatever it is."""
+        self._send_command(number, params)
+        return self._acknowledged(number, *mavlink.enums["MAV_RESULT"])
+
+    def ask_int(self, number: int, lat_deg: float, lon_deg: float, *params: float) -> int:
+        """Send COMMAND_INT with a place and four parameters. Returns its result, whatever it is."""
+        self._send_command_int(number, lat_deg, lon_deg, *params)
+        return self._acknowledged(number, *mavlink.enums["MAV_RESULT"])
+
+    def _send_command(self, number: int, params: Sequence[float]) -> None:
+        self._begins_order()
         padded = (*params, *(0.0 for _ in range(7 - len(params))))
         self.send(mavlink.MAVLink_command_long_message(self.vessel, 1, number, 0, *padded))
-        self._acknowledged(number, expect)
+
+    def _begins_order(self) -> None:
+        self.ordered_s = self.rig.now_s
+        self.acks.clear()
 
     def _acknowledged(self, number: int, *expect: int) -> int:
         self.wait(f"ack of command {number}", lambda: any(a.command == number for a in self.acks), 3.0)
@@ -203,26 +221,31 @@ class GroundStation:
         return result == taken
 
     def _reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> int:
-        self.acks.clear()
         number: int = mavlink.MAV_CMD_DO_REPOSITION
-        x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
-        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
-        self.send(
-            mavlink.MAVLink_command_int_message(
-                self.vessel, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan
-            )
-        )
+        self._send_command_int(number, lat_deg, lon_deg, -1.0, 1.0, 0.0, yaw_rad)
         return number
+
+    def _send_command_int(self, number: int, lat_deg: float, lon_deg: float, *params: float) -> None:
+        self._begins_order()
+        place = round(lat_deg * 1e7), round(lon_deg * 1e7)
+        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        self.send(mavlink.MAVLink_command_int_message(self.vessel, 1, frame, number, 0, 0, *params, *place, math.nan))
 
     def set_mode(self, custom_mode: int) -> None:
         """Set a mode and wait for it."""
+        self._begins_order()
         self.send(mavlink.MAVLink_set_mode_message(self.vessel, 1, custom_mode))
         self.wait(f"mode {custom_mode:#x}", lambda: self._heartbeat("custom_mode") == custom_mode, 3.0)
 
     def arm(self) -> None:
         """Arm, and wait until the vessel is armed."""
         self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
-        self.wait("armed", lambda: bool(self._heartbeat("base_mode") & 128), 3.0)
+        self.wait("armed", lambda: self.is_armed, 3.0)
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the vessel said so last."""
+        return bool(self._heartbeat("base_mode") & 128)
 
     def ready(self, timeout_s: float = 60.0) -> None:
         """Wait until the vessel reports that it can be armed."""
@@ -238,6 +261,14 @@ class GroundStation:
 
     def upload(self, items: Sequence[Item], kind: int = mavlink.MAV_MISSION_TYPE_MISSION) -> None:
         """Upload mission, fence or rally points. Raises GroundStationTimeout when the vessel refuses."""
+        result = self.offer(items, kind)
+        if result != mavlink.MAV_MISSION_ACCEPTED:
+            raise GroundStationTimeout(f"mission refused with {result}; last texts: {self.texts[-3:]}")
+        if kind == mavlink.MAV_MISSION_TYPE_FENCE:
+            self._note_fence(items)
+
+    def offer(self, items: Sequence[Item], kind: int = mavlink.MAV_MISSION_TYPE_MISSION) -> int:
+        """As `upload`. Returns the vessel's MAV_MISSION_RESULT, whatever it is."""
         self._requests.clear()
         self._mission_ack = None
         self.send(mavlink.MAVLink_mission_count_message(self.vessel, 1, len(items), kind))
@@ -249,10 +280,7 @@ class GroundStation:
             requests, self._requests = self._requests, []
             for request in requests:
                 self.send(self._item_message(items[request.seq], request.seq, kind))
-        if self._mission_ack.type != mavlink.MAV_MISSION_ACCEPTED:
-            raise GroundStationTimeout(f"mission refused with {self._mission_ack.type}; last texts: {self.texts[-3:]}")
-        if kind == mavlink.MAV_MISSION_TYPE_FENCE:
-            self._note_fence(items)
+        return int(self._mission_ack.type)
 
     def _note_fence(self, items: Sequence[Item]) -> None:
         home = LocalFrame(self.rig.config.home.lat_deg, self.rig.config.home.lon_deg)

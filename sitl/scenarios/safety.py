@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config.top_speed import top_speed_mps
-from sitl.scenarios.boat import comes_back
+from sitl.scenarios.boat import comes_back, holds_by_drifting
 from sitl.scenarios.voyage import Floats, Voyage
 
 _EVERY_S = 0.2  # between two places of the hull that are looked at
 _WINDOW_S = 60.0  # of headway and circling
-_SLOWEST_SHARE = 0.05  # of the top speed, by which a boat under way must at least move on
+_SLOWEST_SHARE = 0.05  # of its usual speed, by which a boat under way must at least move on
 # Events of a boat that waits for good reason, or has no thrust and says so.
 _WAITING = (
     "obstacle_",
@@ -190,7 +190,9 @@ def _contact(name: str, voyage: Voyage) -> Margin | None:
 
 def _headway(name: str, voyage: Voyage) -> Margin | None:
     """Under way: how far the boat gets within a minute, while it has no reason to wait."""
-    rows, least_m = round(_WINDOW_S / voyage.period_s), _SLOWEST_SHARE * top_speed_mps(voyage.config) * _WINDOW_S
+    rows = round(_WINDOW_S / voyage.period_s)
+    usual_mps = min(top_speed_mps(voyage.config), voyage.parameters["WP_SPEED"])
+    least_m = _SLOWEST_SHARE * usual_mps * _WINDOW_S
     waits_s = np.array([event.t_s for event in voyage.events if event.name.startswith(_WAITING)])
     arrived_s = np.array([event.t_s for event in voyage.events if event.name in _ARRIVED])
     found: list[tuple[float, float]] = []
@@ -240,7 +242,7 @@ def _disarmed(name: str, voyage: Voyage) -> Margin | None:
 def _drive_off(name: str, voyage: Voyage) -> Margin | None:
     """Distance from the point that Hold keeps, once it has settled there; a point that it moves to is another one."""
     limit_m = max(_LEAST_RADIUS_M, _LENGTHS * voyage.config.length_m)
-    if comes_back(voyage.config):
+    if holds_by_drifting(voyage.config):
         limit_m = voyage.parameters["DP_ALARM_R"]
     settled = round(_SETTLED_S / voyage.period_s)
     found: list[tuple[float, float]] = []
@@ -266,11 +268,11 @@ def _points_held(voyage: Voyage) -> Iterator[tuple[int, int]]:
 
 
 def _return(name: str, voyage: Voyage) -> Margin | None:
-    """Distance from home at the end of a run in which the boat had time enough to return."""
-    stretches = voyage.stretches("RTL")
-    if not stretches:
+    """Distance from home at the end of a run in which the boat had time enough to return, and no other order."""
+    begins = [i for i, _ in voyage.stretches("RTL") if voyage.t_s[i] > voyage.ordered_s - voyage.period_s]
+    if not begins:
         return None
-    i = stretches[0][0]
+    i = begins[0]
     home = int(np.argmax(voyage.armed))  # where it was armed
     away = np.hypot(voyage.north_m - voyage.north_m[home], voyage.east_m - voyage.east_m[home])
     needs_s = _HOME_S + float(away[i]) / (_HOME_SHARE * top_speed_mps(voyage.config))

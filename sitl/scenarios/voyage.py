@@ -41,7 +41,8 @@ class Voyage:
 
     `forces_n`: a column a thruster. `contact_mps`: speed of the last touch of the berth, NaN before it and without a
     berth. `desired_m`: (north, east) that the boat steers for, NaN without. `fences`: (since when, corners) of the
-    areas that it was told to stay in. `runaways`: whether each thruster has a fault by which it runs by itself.
+    areas that it was told to stay in. `ordered_s`: when it was ordered something for the last time. `runaways`: whether
+    each thruster has a fault by which it runs by itself.
     """
 
     config: VesselConfig
@@ -58,6 +59,7 @@ class Voyage:
     desired_m: Floats
     events: Sequence[EventRow]
     fences: Sequence[tuple[float, Corners]]
+    ordered_s: float
     obstacles: Obstacles
     traffic: Sequence[ScriptedVessel]
     leaders: Sequence[Leader]
@@ -74,7 +76,7 @@ class Voyage:
         return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def read_voyage(folder: Path, rig: Rig, fences: Sequence[tuple[float, Corners]]) -> Voyage | None:
+def read_voyage(folder: Path, rig: Rig, fences: Sequence[tuple[float, Corners]], ordered_s: float) -> Voyage | None:
     """The run whose log is in `folder`; None where it was over before its first second."""
     truth = _numbers(folder / "truth.csv")
     if len(truth["t_s"]) < rig.config.control_rate_hz:
@@ -98,6 +100,7 @@ def read_voyage(folder: Path, rig: Rig, fences: Sequence[tuple[float, Corners]])
         desired_m=desired,
         events=read_events(folder),
         fences=tuple(fences),
+        ordered_s=ordered_s,
         obstacles=rig.world.obstacles,
         traffic=tuple(rig.world.traffic.vessels),
         leaders=[_leader(folder / f"{boat.name}.csv") for boat in (() if sea is None else sea.boats)],

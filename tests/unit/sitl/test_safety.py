@@ -26,7 +26,7 @@ def voyage(mode: str = "Mission", speed_mps: float = 0.2) -> Voyage:
     still = np.zeros_like(T_S)
     return Voyage(
         config=REVOLT,
-        parameters={"CA_DIST": 10.0, "FOLL_MIN_DIST": 12.0},
+        parameters={"CA_DIST": 10.0, "FOLL_MIN_DIST": 12.0, "WP_SPEED": 0.6},
         runaways=[False] * len(REVOLT.thrusters),
         t_s=T_S,
         north_m=speed_mps * T_S,
@@ -39,6 +39,7 @@ def voyage(mode: str = "Mission", speed_mps: float = 0.2) -> Voyage:
         desired_m=np.column_stack([speed_mps * T_S, still]),
         events=[],
         fences=[],
+        ordered_s=0.0,
         obstacles=Obstacles(),
         traffic=(),
         leaders=[],
@@ -164,3 +165,5 @@ def test_a_boat_that_does_not_come_home(end_m: float, home: bool) -> None:
     assert margin(sailing, "return") == pytest.approx(boat.parameters["DP_WATCH_R"] - (end_m - armed_m))
     late = replace(returning, mode=np.where(T_S < 150.0, "Mission", "RTL"))
     assert "return" not in {one.name for one in margins_of(late)}, "it had no time"
+    elsewhere = replace(returning, ordered_s=60.0)
+    assert "return" not in {one.name for one in margins_of(elsewhere)}, "it was ordered something else"
