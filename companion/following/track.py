@@ -118,7 +118,7 @@ class LeaderTrack:
         n0, e0, c0, s0 = self._north[-1], self._east[-1], self._course[-1], self._s[-1]
         chord = math.hypot(north_m - n0, east_m - e0)
         turn = wrap_pi(course_rad - c0)
-        parts = max(1, round(chord / self._spacing_m)) if abs(turn) < 0.5 * math.pi else 1
+        parts = min(_MOST_CRUMBS, max(1, round(chord / self._spacing_m))) if abs(turn) < 0.5 * math.pi else 1
         mn, me = chord * math.cos(c0), chord * math.sin(c0)
         kn, ke = chord * math.cos(course_rad), chord * math.sin(course_rad)
         last_n, last_e, s = n0, e0, s0

@@ -31,8 +31,9 @@ class RangeWatch:
     The way is the straight line to home at cruising speed over ground, times BAT_RET_MARG. Its energy is the time as a
     share of the battery's endurance (BAT_ENDURANCE, or as measured under way), times the power that current and wind
     ask for on that course, against calm: resistance at the speed through the water plus the wind's force, times that
-    speed. What is short stays so until the boat is at home or the battery has risen: the need falls on the way.
-    Remembers the consumption so far, and the share that was left when it became short.
+    speed. What is short stays so until the boat is at home or the battery has risen, because the need falls on the way;
+    or until an operator changes what it is reckoned by. Remembers the consumption so far, what was reckoned by, and the
+    share that was left when it became short.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, speed_mps: Callable[[], float]) -> None:
@@ -41,6 +42,7 @@ class RangeWatch:
         self._use = BatteryUse()
         self._due_s = -math.inf
         self._onset = 1.0
+        self._by: tuple[object, ...] = ()
         self.need: float | None = None
         self.short = False
 
@@ -63,8 +65,9 @@ class RangeWatch:
         time_s = distance_m / max(_LEAST_MPS, speed_mps)
         share = self._parameters["BAT_RET_MARG"] * self._factor(nav, bearing_rad, speed_mps) * time_s / full_s
         self.need = share + self._parameters["BAT_CRIT_THR"]
-        if not self.short:
-            self.short, self._onset = remaining < self.need, remaining
+        by = (home, speed_mps, *(self._parameters[name] for name in ("BAT_ENDURANCE", "BAT_RET_MARG", "BAT_CRIT_THR")))
+        if not self.short or by != self._by:
+            self.short, self._onset, self._by = remaining < self.need, remaining, by
         self.short = self.short and time_s > _NEAR_S and remaining < self._onset + _CHARGED
 
     def _factor(self, nav: NavState, bearing_rad: float, speed_mps: float) -> float:

@@ -17,6 +17,8 @@ _FORWARD, _LAST_YAW = mavlink.MAV_SENSOR_ROTATION_NONE, mavlink.MAV_SENSOR_ROTAT
 _DOWN = mavlink.MAV_SENSOR_ROTATION_PITCH_270
 _EIGHTH_RAD = math.radians(45.0)
 _BEAM_RAD = math.radians(5.0)  # width of a sensor that does not say it
+_NARROWEST_DEG = 0.01  # a sector; what is narrower is no measure of a device, and would divide the circle endlessly
+_MOST_TURN_DEG = 720.0
 _CM = 0.01
 
 
@@ -26,7 +28,7 @@ def ranges_of(
     """The sectors of an OBSTACLE_DISTANCE; None where it is of no use. `offset_rad`: how the sensor is turned in the
     boat; `x_m`, `y_m`: where it sits."""
     step_deg = message.increment_f if message.increment_f else float(message.increment)
-    if not math.isfinite(step_deg + message.angle_offset) or step_deg == 0.0 or abs(step_deg) > 90.0:
+    if not (_NARROWEST_DEG <= abs(step_deg) <= 90.0 and abs(message.angle_offset) <= _MOST_TURN_DEG):
         return None
     count = min(len(message.distances), int(360.0 / abs(step_deg) + 1e-6))
     distances = [_distance_m(cm, message.max_distance) for cm in message.distances[:count]]
@@ -59,7 +61,8 @@ def reading_of(
         return Depth(t_s, source, depth_m, None, message.max_distance * _CM) if measured else None
     if not _FORWARD <= turn <= _LAST_YAW:
         return None
-    width = message.horizontal_fov if 0.0 < message.horizontal_fov < math.pi else _BEAM_RAD
+    told = math.radians(_NARROWEST_DEG) <= message.horizontal_fov < math.pi
+    width = message.horizontal_fov if told else _BEAM_RAD
     first = _EIGHTH_RAD * turn + offset_rad
     least_m, most_m = message.min_distance * _CM, message.max_distance * _CM
     distance_m = _distance_m(message.current_distance, message.max_distance)

@@ -116,3 +116,23 @@ def test_what_is_far_astern_is_forgotten() -> None:
     track.trim(s)
     assert s - 60.0 < track.begin_s_m < s - 30.0
     assert track.at(s) == place, "arc length stays what it was"
+
+
+def test_a_leader_that_jumps_to_another_country_costs_no_more_than_the_longest_track(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    laid = [0]
+
+    def counted(angle_rad: float) -> float:
+        laid[0] += 1
+        return math.remainder(angle_rad, 2 * PI)
+
+    monkeypatch.setattr("companion.following.track.wrap_pi", counted)
+    track, lead = begun()
+    now_s = sailed(track, lead, 10.0, 8.0)
+    laid[0] = 0
+    there = leader_at(1e6, 3e5)
+    track.update(there, now_s + 1.0)
+    assert laid[0] < 2100, "crumbs"
+    end = track.at(track.end_s_m)
+    assert (end.north_m, end.east_m) == pytest.approx((there.north_m, there.east_m))

@@ -97,3 +97,22 @@ def test_the_boat_returns_in_time_and_does_not_change_its_mind_on_the_way(boat: 
     assert any(name == "battery_return" and "Return now: 47 % left, home takes 4" in text for name, text in boat.said)
     boat.until(lambda: boat.nav.north_m < 80.0)
     assert boat.names().count("battery_return") == 1 and "battery_return_over" not in boat.names()
+
+
+FAR = Home(64.4389, 10.399, 0.0)
+
+
+@pytest.mark.parametrize("wrong", ["home", "speed", "endurance"])
+def test_what_was_short_by_an_operators_mistake_is_not_once_that_is_mended(wrong: str) -> None:
+    parameters = Parameters({"BAT_ENDURANCE": ENDURANCE_MIN, "BAT_CRIT_THR": CRITICAL, "BAT_RET_MARG": 1.0})
+    speed = [0.05 if wrong == "speed" else SPEED_MPS]
+    made = RangeWatch(REVOLT, parameters, lambda: speed[0])
+    battery = Battery(0.0, "pack", 12.0, None, 0.99)
+    if wrong == "endurance":
+        parameters.set("BAT_ENDURANCE", 1.0)
+    made.update(away(400.0), battery, FAR if wrong == "home" else HOME, False, 0.0)
+    assert made.short
+    parameters.set("BAT_ENDURANCE", ENDURANCE_MIN)
+    speed[0] = SPEED_MPS
+    made.update(away(400.0), battery, HOME, False, 10.0)
+    assert made.need == pytest.approx(CRITICAL + 0.111, abs=1e-3) and not made.short

@@ -38,6 +38,7 @@ _CAPABILITIES: int = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_COMPONENT_ACCEPTS_GCS_CONTROL
 )
 _PARAM_BYTEWISE, _PARAM_C_CAST = 16, 131072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_…
+_LONGEST_US = 0x7FFFFFFF  # the most that MESSAGE_INTERVAL holds: 36 min
 _NUMBERING = 2  # as major version: QGroundControl finds anything below 1.4.1 too old for the px4 identity
 
 
@@ -172,5 +173,5 @@ class MessageCommands:
         if number is None or not 0 <= number <= 0xFFFF:
             return unread("no such message")
         interval_s = self._hub.telemetry.interval_s(request.peer.endpoint, number, request.now_s)
-        interval_us = 0 if interval_s is None else -1 if interval_s < 0.0 else round(interval_s * 1e6)
+        interval_us = 0 if interval_s is None else -1 if interval_s < 0.0 else round(min(interval_s * 1e6, _LONGEST_US))
         return _with(mavlink.MAVLink_message_interval_message(number, interval_us))

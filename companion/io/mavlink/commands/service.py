@@ -20,6 +20,7 @@ from companion.io.mavlink.commands.request import UNSUPPORTED, Answer, CommandHa
 from companion.io.mavlink.commands.vessel import ONCE, VesselCommands
 from companion.io.mavlink.transfer.component_metadata import Descriptions
 from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.actions import READING
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 
@@ -34,7 +35,7 @@ _NOT_STORED_YET = Answer(Outcome(Result.FAILED, "In force but not stored yet: th
 
 @dataclass(slots=True)
 class _Last:
-    """The command that a peer sent last, and the supervisor's version after it."""
+    """The command that a peer sent last, other than to read, and the supervisor's version after it."""
 
     key: bytes
     outcome: Outcome
@@ -55,7 +56,8 @@ class _Unstored:
 class CommandService:
     """In: COMMAND_LONG, COMMAND_INT, SET_MODE. Out: COMMAND_ACK and what was asked for.
 
-    Remembers each peer's last command: a repetition of one that must not be done twice is only acknowledged again.
+    Remembers each peer's last command, but for those that only read: a repetition of one that must not be done twice is
+    only acknowledged again.
     Remembers too the commands that are to be acknowledged when they are stored.
     """
 
@@ -189,6 +191,8 @@ class CommandService:
         return None if overtaken or not last.outcome.accepted else last.outcome
 
     def _remember(self, request: CommandRequest, outcome: Outcome) -> None:
+        if request.command in READING:
+            return
         if len(self._last) >= _MOST_PEERS and request.peer not in self._last:
             self._last.pop(next(iter(self._last)))
         self._last[request.peer] = _Last(request.key, outcome, request.now_s, self._supervisor.version)

@@ -28,15 +28,15 @@ class InputService:
     """In: MANUAL_CONTROL, RC_CHANNELS_OVERRIDE, TIMESYNC, PING, REQUEST_DATA_STREAM, AIS_VESSEL. Out: sticks and
     traffic to the supervisor, echoes.
 
-    Remembers who was told why its sticks do not steer, and the channels that each source overrides. A source is a
-    system on an endpoint: two ground stations may have the same system id.
+    Remembers who was told why its sticks do not steer, and the channels that each source overrides, until it has been
+    silent for COM_RC_LOSS_T. A source is a system on an endpoint: two ground stations may have the same system id.
     """
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
         self._hub = hub
         self._vessel = vessel
         self._told: set[tuple[_Source, str]] = set()  # why they do not steer
-        self._overrides: dict[_Source, dict[int, float]] = {}  # channel → −1…1
+        self._overrides: dict[_Source, tuple[float, dict[int, float]]] = {}  # when heard, and channel → −1…1
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: self._on_manual_control,
             mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: self._on_override,
@@ -72,7 +72,7 @@ class InputService:
         if message.target_system != self._hub.system:
             return
         source = (peer.system, peer.endpoint)
-        channels = dict(self._overrides.pop(source, ()))
+        channels = self._overridden(source, now_s)
         for channel in (_SWAY, _PITCH, _THROTTLE, _YAW):
             value = getattr(message, f"chan{channel}_raw")
             if value in (_RELEASE_LOW, _RELEASE_HIGH):
@@ -83,11 +83,16 @@ class InputService:
             return
         if len(self._overrides) >= _MOST_OVERRIDERS:
             del self._overrides[next(iter(self._overrides))]
-        self._overrides[source] = channels
+        self._overrides[source] = (now_s, channels)
         surge = channels.get(_THROTTLE if self._surge_is_throttle else _PITCH)
         self._vessel.supervisor.manual_input(
             ManualInput(now_s, _source(peer), surge, channels.get(_SWAY), channels.get(_YAW))
         )
+
+    def _overridden(self, source: _Source, now_s: float) -> dict[int, float]:
+        """The channels that the source overrides already; none after a silence in which its sticks were lost."""
+        heard_s, channels = self._overrides.pop(source, (now_s, {}))
+        return channels if now_s - heard_s <= self._vessel.parameters["COM_RC_LOSS_T"] else {}
 
     @property
     def _surge_is_throttle(self) -> bool:

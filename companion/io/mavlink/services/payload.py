@@ -196,7 +196,8 @@ class PayloadService:
         return LATER if self._pass_on(action, request, request.now_s) else not_now("the same is under way for another")
 
     def _pass_on(self, action: Forward, request: CommandRequest | None, now_s: float) -> bool:
-        """Send a command to its component. False where the same command of somebody else waits for its answer."""
+        """Send a command to its component. False where the same command of somebody else waits for its answer; of one's
+        own, with other params, the newest counts."""
         number = self._vessel.supervisor.payload.component(action.part, action.component)
         if number is None or number not in self._components:  # it fell silent meanwhile
             pending = _Pending(action, request, now_s, None)
@@ -204,7 +205,10 @@ class PayloadService:
             return True
         waiting = self._pending.get((number, action.command))
         if waiting is not None and request is not None:
-            return waiting.request is not None and waiting.request.peer == request.peer
+            if waiting.request is None or waiting.request.peer != request.peer:
+                return False
+            if waiting.request.key == request.key:
+                return True
         patience = self._hub.patience
         self._pending[number, action.command] = _Pending(
             action, request, now_s + ANSWER_S * patience, now_s + AGAIN_S * patience

@@ -41,13 +41,24 @@ def test_only_a_frame_of_the_body_turns_with_the_mounting() -> None:
     assert (north.first_rad, north.from_north) == (0.0, True)
 
 
-@pytest.mark.parametrize("step_deg", [math.nan, 120.0])
+@pytest.mark.parametrize("step_deg", [math.nan, 120.0, 1e-40, -1e-6])
 def test_sectors_of_no_sense_are_ignored(step_deg: float) -> None:
     assert ranges_of(sectors(step_deg=step_deg), "lidar", 0.0) is None
 
 
+@pytest.mark.parametrize("first_deg", [math.nan, math.inf, 1e38])
+def test_sectors_that_begin_nowhere_are_ignored(first_deg: float) -> None:
+    assert ranges_of(sectors(first_deg=first_deg), "lidar", 0.0) is None
+
+
 def one(orientation: int, cm: int, fov_rad: float = 0.1) -> Any:
     return mavlink.MAVLink_distance_sensor_message(0, 20, 3000, cm, 0, 1, orientation, 255, fov_rad)
+
+
+@pytest.mark.parametrize("fov_rad", [0.0, 1e-40, 1e-6, math.nan, 4.0])
+def test_a_single_sensor_without_a_width_that_can_be_has_one_of_five_degrees(fov_rad: float) -> None:
+    found = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, 1000, fov_rad), "sonar", 0.0)
+    assert isinstance(found, Ranges) and found.step_rad == pytest.approx(math.radians(5.0))
 
 
 def test_a_single_sensor_looks_where_it_is_mounted() -> None:

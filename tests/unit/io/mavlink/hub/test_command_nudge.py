@@ -47,3 +47,11 @@ def test_sent_again_by_a_client_that_missed_the_answer_it_is_done_once(rig: Rig)
     assert len(rig.supervisor.asked) == 1
     assert result(rig.command(USER_1, 1.0, 0.5, 0.0, 0.0)) == ACCEPTED
     assert len(rig.supervisor.asked) == 2
+
+
+@pytest.mark.parametrize("between", [(512, 242.0), (511, 30.0, 100_000.0), (410,), (401,)])
+def test_what_the_client_reads_meanwhile_makes_a_repetition_no_new_nudge(rig: Rig, between: tuple[float, ...]) -> None:
+    rig.command(USER_1, 1.0, 1.0, 0.0, 0.0)
+    assert result(rig.command(int(between[0]), *between[1:])) == ACCEPTED
+    assert result(rig.command(USER_1, 1.0, 1.0, 0.0, 0.0)) == ACCEPTED
+    assert len(rig.supervisor.asked) == 1

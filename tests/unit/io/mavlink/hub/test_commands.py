@@ -531,6 +531,9 @@ def test_intervals_can_be_read(rig: Rig) -> None:
     assert interval(30) == -1
     rig.command(511, 30.0, 1.0)
     assert interval(30) == 20_000  # as fast as it gets
+    for once_an_hour_or_less in (3.6e9, 3.4e38):
+        rig.command(511, 30.0, once_an_hour_or_less)
+        assert interval(30) == 2**31 - 1  # the most that the field holds
 
 
 @pytest.mark.parametrize("params", [(12345.0, 1000.0), (30.0, NAN), (NAN, 1000.0), (30.0, -2.0), (-1.0, 0.0)])

@@ -117,6 +117,19 @@ def test_released_channels_are_absent_and_all_released_is_silence(rig: Any) -> N
     assert len(rig.supervisor.sticks) == 2
 
 
+def test_channels_are_forgotten_when_their_source_falls_silent(rig: Any) -> None:
+    rig.ask(override(65535, 1800, 65535, 65535))
+    rig.now_s += rig.vessel.parameters["COM_RC_LOSS_T"]
+    rig.ask(override(65535, 65535, 65535, 1600))
+    assert (rig.supervisor.sticks[-1].surge, rig.supervisor.sticks[-1].yaw) == (0.6, 0.2)
+    rig.now_s += rig.vessel.parameters["COM_RC_LOSS_T"] + 0.01
+    rig.ask(override(65535, 65535, 65535, 1500))
+    assert (rig.supervisor.sticks[-1].surge, rig.supervisor.sticks[-1].yaw) == (None, 0.0)
+    rig.now_s += 60.0
+    rig.ask(override(65535, 65535, 65535, 65535))
+    assert len(rig.supervisor.sticks) == 3
+
+
 def test_timesync_answers_questions_only(rig: Any, named: Any) -> None:
     rig.now_s = 12.5
     (answer,) = named(rig.ask(mavlink.MAVLink_timesync_message(0, 987654321)), "TIMESYNC")

@@ -123,6 +123,16 @@ def test_a_repetition_waits_for_the_same_answer(rig: Rig, gimbal: Part) -> None:
     assert results(rig.command(*PITCH)) == []
 
 
+def test_other_angles_go_on_while_the_ones_before_wait_for_their_answer(rig: Rig, gimbal: Part) -> None:
+    rig.command(*PITCH)
+    rig.command(PITCH[0], -30.0, *PITCH[2:])
+    assert [(command.param1, command.confirmation) for command in gimbal.commands()] == [(-45.0, 0), (-30.0, 0)]
+    rig.run(0.5)
+    assert [(command.param1, command.confirmation) for command in gimbal.commands()] == [(-30.0, 1)]
+    gimbal.answer(1000, ACCEPTED)
+    assert results(rig.desk.hear()) == [(1000, ACCEPTED)]
+
+
 @pytest.mark.parametrize("number", [195, 197, 201, 204, 205, 220, 1000, 1001])
 def test_without_a_gimbal_it_is_refused_with_the_reason(rig: Rig, named: Named, number: int) -> None:
     Part(rig, 154, GIMBAL, system=9).beat()  # that of another vehicle
