@@ -30,6 +30,7 @@ _LAST_S = 20.0  # of it, in which the boat must lie at its point
 _OFF_M, _OFF_DEG = 0.5, 5.0
 _CLEAR_M = 5.0  # and two lengths: from home to a stone
 _RADII_M = (0.5, 2.5)
+_AMONG_MPS = 1.5  # among stones
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,8 +143,10 @@ def _table(orders: Sequence[Order]) -> str:
 
 
 def _with_lidar(conditions: Conditions, settings: Settings) -> Conditions:
-    """A lidar where there are stones."""
-    return replace(conditions, lidar=True) if number(settings, "stones") else conditions
+    """A lidar where there are stones, and a speed at which it sees them in time."""
+    if not number(settings, "stones"):
+        return conditions
+    return replace(conditions, lidar=True, parameters={**conditions.parameters, "MPC_XY_VEL_MAX": _AMONG_MPS})
 
 
 SCENARIO = Scenario(
