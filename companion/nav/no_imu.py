@@ -147,14 +147,16 @@ class PoseSolution:
         verdict = rule or self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
         if verdict is Verdict.REJECT or dt <= 0.0:
             return verdict
+        left_rad = 0.0  # of what the heading may have been off by before
         if verdict is Verdict.RESET:
             self._yaw, self._rate = yaw_rad, 0.0
         else:
             theta = math.exp(-dt / _TIME_S)
             self._yaw = wrap_pi(self._yaw_at(t_s) + (1.0 - theta * theta) * error)
+            left_rad = theta * theta * self._yaw_sigma(dt)
             if dt <= _FIRST_STEP_S:
                 self._rate += (1.0 - theta) ** 2 / dt * error
-        self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
+        self._yaw_t_s, self._sigma_rad = t_s, max(sigma_rad, left_rad)
         return verdict
 
     @property

@@ -35,6 +35,19 @@ def test_heading_on_a_circle_over_the_wrap() -> None:
     assert motion.rates[2] == pytest.approx(0.1, abs=0.005)
 
 
+def test_a_rough_first_heading_gives_way_to_a_better_source_in_a_turn() -> None:
+    """The boat starts in a turn by its course, 15° off as that may be. What is left of that counts on: before, the
+    first good heading took it for settled, and those after it for outliers."""
+    solution = PoseSolution()
+    solution.heading(0.0, math.radians(-15.0), math.radians(15.0))
+    for k in range(1, 60):
+        t_s = k / 20
+        solution.heading(t_s, 0.3 * t_s, math.radians(0.4))
+    motion = solution.motion(59 / 20)
+    assert motion.attitude[2] == pytest.approx(0.3 * 59 / 20, abs=math.radians(1.0))
+    assert motion.rates[2] == pytest.approx(0.3, abs=0.03)
+
+
 def test_position_and_heading_outliers_are_rejected() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)
