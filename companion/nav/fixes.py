@@ -75,6 +75,7 @@ class Fixes:
         self._thesis = ThesisOutlierRule()
         self._grade = GradeWatch()
         self._blend = ReceiverBlend()
+        self._blended: dict[str, FixType] = {}  # the kind of fix of each receiver whose slow error the offsets hold
         self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
@@ -211,7 +212,13 @@ class Fixes:
         solution, fix, place = self._solutions.used, judged.fix, judged.place
         here, arm = solution.place(fix.t_s), solution.offset(judged.lever_m)
         off_m = place[0] - arm.north_m - here.north_m, place[1] - arm.east_m - here.east_m
-        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads)
+        kind = max(fix.fix, FixType.DGPS)  # the slow errors of plain fixes with and without corrections are alike
+        before = self._blended.get(fix.source, kind)
+        self._blended[fix.source] = kind
+        better, anew = leads and kind > before, kind != before
+        if better:  # it counts at once, as if alone
+            self._blend.clear()
+        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads, anew and not better)
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
