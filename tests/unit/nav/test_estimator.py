@@ -74,6 +74,12 @@ def test_converges(voyage: Voyage) -> None:
     assert rms(velocity) < 0.03
 
 
+def test_a_boat_may_turn_hard_when_it_starts() -> None:
+    passage = navigate(Voyage(duration_s=12.0, speed_mps=1.5, radius_m=5.0))
+    position, yaw, _ = passage.errors(1.5)
+    assert position.max() < 0.2 and math.degrees(yaw.max()) < 1.5
+
+
 def test_the_sigmas_match_the_errors() -> None:
     """Errors of a long run are of the size that the covariance says (each within a factor of two), where nothing
     wanders."""
