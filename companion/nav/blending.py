@@ -32,6 +32,11 @@ class _Receiver:
     offset_east_m: float = 0.0
     counts: bool = False
 
+    def begin(self, t_s: float, north_m: float, east_m: float) -> None:
+        """What it was off by is void: it is off by that."""
+        self.begun_s = t_s
+        self.north_m, self.east_m = self.offset_north_m, self.offset_east_m = north_m, east_m
+
     def see(self, t_s: float, north_m: float, east_m: float) -> None:
         known_s = t_s - self.begun_s
         share = (t_s - self.last_s) / min(_SMOOTH_S, max(known_s, 1e-3))
@@ -72,10 +77,12 @@ class ReceiverBlend:
         sigma_m: float,
         slow_sigma_m: float,
         leads: bool,
+        anew: bool = False,
     ) -> Offset | None:
         """The offset to take off a fix that is `off_m` (north, east) from the estimate, None while the receiver is new.
         `sigma_m`: of the fix on each axis, by which it is weighted; `slow_sigma_m`: of its slow error. `leads`: it is
-        the receiver that would be used alone, from which blending begins."""
+        the receiver that would be used alone, from which blending begins. `anew`: its slow error is another one than at
+        its last fix, as of another kind of fix: it begins where the boat is."""
         receivers, known = self._receivers, self._receivers.get(source)
         for name in [name for name, other in receivers.items() if t_s - other.last_s > _ALIVE_S]:
             del receivers[name]
@@ -85,6 +92,8 @@ class ReceiverBlend:
                 return None
             known = receivers[source] = _Receiver(t_s, t_s, *off_m, sigma_m**2, slow_sigma_m, counts=first)
         dt_s = max(t_s - known.last_s, 0.0)
+        if anew:
+            known.begin(t_s, *off_m)
         known.see(t_s, *off_m)
         known.variance_m2, known.slow_sigma_m = sigma_m**2, slow_sigma_m
         if not known.counts:

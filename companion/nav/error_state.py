@@ -596,6 +596,10 @@ class ErrorStateFilter:
         for i in states:
             self.covariance[i, i] += variance
 
+    def inflate_position(self, variance: float) -> None:
+        """Add variance (m²) to the horizontal position, on each axis."""
+        self.inflate((_P, _P + 1), variance)
+
     def widen_wander(self, variance: float) -> None:
         """Add variance (m²) to what positions are off by: that may have jumped."""
         self.inflate((_W, _W + 1), variance)

@@ -120,6 +120,7 @@ class Estimator:
             for reading in readings
             if plausible(reading, now_s)
         ]
+        self._fixes.driven = thrust is not None
         self._queue.add(readings)
         for reading in self._queue.due(now_s):
             self._take(reading)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from companion.config.vessel import NavigatedBoat
 from companion.core.decision import TextKind
 from companion.core.events import Announce
-from companion.core.geodesy import LocalFrame, distance_and_bearing
+from companion.core.geodesy import LocalFrame, rough_distance_and_bearing
 from companion.core.readings import FixType, GnssFix
 from companion.nav.accuracies import SensorAccuracies
 from companion.nav.altitude import Altitude
@@ -25,7 +25,7 @@ from companion.nav.validity import Validity
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
-_FAR_FROM_HOME_M = 50_000.0
+_PLANE_M = 50_000.0  # further from its origin, the plane is no map
 _LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
 _THESIS_RULE = 1
 
@@ -48,7 +48,8 @@ class Fixes:
     """Call `judge` for each fix, then `fuse` for what it returns.
 
     Remembers the receiver in use with its newest fix and slow error, the kind of fix of each receiver and their offsets
-    from each other, the local plane, the altitude, and how many jumps were followed.
+    from each other, the local plane, the altitude, and how many jumps were followed. `driven`: the boat is armed; the
+    plane, in which modes hold places, stays where it is.
     """
 
     def __init__(
@@ -65,7 +66,8 @@ class Fixes:
         self.newest: GnssFix | None = None
         self.kinds: dict[str, FixType] = {}  # of each receiver
         self.jumps_followed = 0
-        self._home, self._parameters, self._say = config.home, parameters, say
+        self.driven = False
+        self._parameters, self._say = parameters, say
         self._levers = lever_arms(config.sensors)
         self._accuracies, self._witness, self._validity, self._solutions = accuracies, witness, validity, solutions
         self._receivers = SourceSelector({row.name: row.timeout_s for row in config.sensors})
@@ -73,6 +75,7 @@ class Fixes:
         self._thesis = ThesisOutlierRule()
         self._grade = GradeWatch()
         self._blend = ReceiverBlend()
+        self._blended: dict[str, FixType] = {}  # the kind of fix of each receiver whose slow error the offsets hold
         self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
@@ -150,14 +153,31 @@ class Fixes:
         approved = self._first.update(*judged.place, judged.sigma_m, fix.t_s)
         if approved is None:
             return
-        if distance_and_bearing(self._home.lat_deg, self._home.lon_deg, fix.lat_deg, fix.lon_deg)[0] > _FAR_FROM_HOME_M:
-            self.frame = LocalFrame(fix.lat_deg, fix.lon_deg)
+        if self._is_off_the_plane(fix):
+            self._move_plane(fix)
             approved = (0.0, 0.0)
-            if self._solutions.inertial is not None:
-                self._solutions.inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
         self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m)
         self._validity.begin(fix.t_s)
         self._altitude.take(fix, judged.lever_m)
+
+    def _is_off_the_plane(self, fix: GnssFix) -> bool:
+        frame = self.frame
+        return rough_distance_and_bearing(frame.lat_deg, frame.lon_deg, fix.lat_deg, fix.lon_deg)[0] > _PLANE_M
+
+    def _move_plane(self, fix: GnssFix) -> None:
+        """Lay the local plane around a fix."""
+        self.frame = LocalFrame(fix.lat_deg, fix.lon_deg)
+        if self._solutions.inertial is not None:
+            self._solutions.inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
+
+    def _stay_on_the_plane(self, judged: JudgedFix, sigma_m: float) -> None:
+        """Where the boat turns out to be off the plane, as after a first position that was not its own, lay another."""
+        fix = judged.fix
+        if self.driven or not self._is_off_the_plane(fix):
+            return
+        self._move_plane(fix)
+        self._blend.clear()
+        self._solutions.used.position(fix.t_s, 0.0, 0.0, judged.lever_m, sigma_m, Verdict.RESET)
 
     def _fuse(self, judged: JudgedFix, noisier: float, rule: Verdict | None) -> None:
         fix, place, sigma_m = judged.fix, judged.place, judged.sigma_m
@@ -185,13 +205,20 @@ class Fixes:
             self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
             if leads:
                 self._altitude.take(fix, judged.lever_m)
+                self._stay_on_the_plane(judged, fused_sigma_m)
 
     def _offset(self, judged: JudgedFix, sigma_m: float, slow_sigma_m: float, leads: bool) -> Offset | None:
         """What blending takes off a fix; None: the receiver is new."""
         solution, fix, place = self._solutions.used, judged.fix, judged.place
         here, arm = solution.place(fix.t_s), solution.offset(judged.lever_m)
         off_m = place[0] - arm.north_m - here.north_m, place[1] - arm.east_m - here.east_m
-        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads)
+        kind = max(fix.fix, FixType.DGPS)  # the slow errors of plain fixes with and without corrections are alike
+        before = self._blended.get(fix.source, kind)
+        self._blended[fix.source] = kind
+        better, anew = leads and kind > before, kind != before
+        if better:  # it counts at once, as if alone
+            self._blend.clear()
+        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads, anew and not better)
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""

@@ -358,14 +358,16 @@ class InertialSolution:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
 
-    def aid(self, north_mps: float, east_mps: float, sigma_mps: float) -> None:
-        """Fuse a modelled velocity of the boat's origin if it passes the gate. It never resets the filter."""
+    def aid(self, north_mps: float, east_mps: float, sigma_mps: float, variance_m2: float = 0.0) -> None:
+        """Fuse a modelled velocity of the boat's origin if it passes the gate. It never resets the filter.
+        `variance_m2`: by which the position has become less sure meanwhile, on each axis."""
         innovation = self.filter.velocity_innovation(
             north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps, late=False
         )
         if innovation.normalised_square <= VELOCITY_GATE.chi_square:
             self.filter.fuse(innovation)
             self._bound_biases()
+        self.filter.inflate_position(variance_m2)
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`."""

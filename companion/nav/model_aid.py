@@ -12,7 +12,7 @@ from companion.core.estimate import Air, WaveMotion
 from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.solution import Motion
 from companion.nav.validity import Validity
-from companion.nav.velocity_aid import VelocityAid
+from companion.nav.velocity_aid import ModelledVelocity, VelocityAid
 from companion.nav.wave_motion import WaveObserver
 from companion.params.store import Parameters
 
@@ -57,7 +57,7 @@ class ModelAid:
         measured = now_s - validity.position_s <= _CURRENT_AGE_S or validity.carried(now_s)
         self.current.update(now_s, thrust, passage, measured)
 
-    def velocity(self, now_s: float, motion: Motion, validity: Validity) -> tuple[float, float, float] | None:
+    def velocity(self, now_s: float, motion: Motion, validity: Validity) -> ModelledVelocity | None:
         """As `VelocityAid.update`, after `observe`."""
         if self._aid is None:
             return None

@@ -24,6 +24,8 @@ _FIRST_STEP_S = 1.0  # a gap longer than this gives no new rate
 _ACCELERATION_MPS2 = 0.3  # unmeasured acceleration of the boat
 _SLOW_MPS, _TURN_RADPS = 0.5, 0.5  # a faster boat may turn that hard, which changes its velocity by speed times rate
 _YAW_ACCELERATION_RADPS2 = 0.1
+_ROUGH = 3.0  # sigmas of a heading, beyond which the one before it counts for nothing
+_BEHIND_MOST_RAD = 0.12  # a course of 15° stays usable until the next one, a second later
 _RATES_FADE_S = 5.0  # time constant with which the rates decay without measurements
 
 
@@ -37,6 +39,8 @@ class PoseSolution:
         self._t_s = self._position_t_s = self._yaw_t_s = self._velocity_t_s = -math.inf
         self._north = self._east = self._vn = self._ve = self._yaw = self._rate = 0.0
         self._sigma_m, self._sigma_mps, self._sigma_rad = 0.0, 0.5, math.pi
+        # one sigma of heading and rate, by a rate of turn that was not known when the heading began
+        self._behind_rad = self._behind_radps = 0.0
         self._position_gate = InnovationGate(POSITION_GATE)
         self._velocity_gate = InnovationGate(VELOCITY_GATE)
         self._heading_gate = InnovationGate(HEADING_GATE)
@@ -58,7 +62,7 @@ class PoseSolution:
         (self._north, self._east, _), (self._vn, self._ve, _) = motion.position, motion.velocity
         self._yaw, self._rate = motion.attitude[2], motion.rates[2]
         self._sigma_m, self._sigma_mps = motion.position_sigma_m, motion.velocity_sigma_mps
-        self._sigma_rad = motion.yaw_sigma_rad
+        self._sigma_rad, self._behind_rad, self._behind_radps = motion.yaw_sigma_rad, 0.0, 0.0
 
     def begin(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> None:
         """Start at the first position."""
@@ -139,7 +143,7 @@ class PoseSolution:
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`; the first heading gives RESET."""
         if not self.oriented:
-            self._yaw, self._rate, self._yaw_t_s, self._sigma_rad = yaw_rad, 0.0, t_s, sigma_rad
+            self._begin_heading(t_s, yaw_rad, sigma_rad)
             return Verdict.RESET
         dt = t_s - self._yaw_t_s
         error = wrap_pi(yaw_rad - self._yaw_at(t_s))
@@ -147,15 +151,28 @@ class PoseSolution:
         verdict = rule or self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
         if verdict is Verdict.REJECT or dt <= 0.0:
             return verdict
-        if verdict is Verdict.RESET:
-            self._yaw, self._rate = yaw_rad, 0.0
-        else:
-            theta = math.exp(-dt / _TIME_S)
-            self._yaw = wrap_pi(self._yaw_at(t_s) + (1.0 - theta * theta) * error)
-            if dt <= _FIRST_STEP_S:
-                self._rate += (1.0 - theta) ** 2 / dt * error
+        if verdict is Verdict.RESET or self._sigma_rad > _ROUGH * sigma_rad:
+            self._begin_heading(t_s, yaw_rad, sigma_rad)
+            return verdict
+        theta = math.exp(-dt / _TIME_S)
+        self._yaw = wrap_pi(self._yaw_at(t_s) + (1.0 - theta * theta) * error)
+        behind_rad = self._behind(dt)
+        self._behind_rad = theta * theta * behind_rad
+        if dt <= _FIRST_STEP_S:
+            rate_gain = (1.0 - theta) ** 2 / dt
+            self._rate += rate_gain * error
+            self._behind_radps -= rate_gain * behind_rad
         self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
         return verdict
+
+    def _begin_heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> None:
+        """Begin at a heading: at the first, and where the one before is worth nothing beside it."""
+        self._yaw, self._rate, self._yaw_t_s = yaw_rad, 0.0, t_s
+        self._sigma_rad, self._behind_rad, self._behind_radps = sigma_rad, 0.0, _TURN_RADPS
+
+    def _behind(self, gap_s: float) -> float:
+        """One sigma of what the heading lags by, that long after the last one."""
+        return min(self._behind_rad + self._behind_radps * self._fading(gap_s), _BEHIND_MOST_RAD)
 
     @property
     def _turning_mps2(self) -> float:
@@ -211,7 +228,8 @@ class PoseSolution:
 
     def _yaw_sigma(self, dt_s: float) -> float:
         gap_s = min(max(dt_s, 0.0), 60.0)
-        return self._sigma_rad + 0.5 * _YAW_ACCELERATION_RADPS2 * gap_s * gap_s
+        sigma_rad = math.hypot(self._sigma_rad, self._behind(gap_s))
+        return sigma_rad + 0.5 * _YAW_ACCELERATION_RADPS2 * gap_s * gap_s
 
     @staticmethod
     def _fading(dt_s: float) -> float:

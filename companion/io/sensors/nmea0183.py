@@ -2,9 +2,9 @@
 network.
 
 Source: NMEA 0183 version 4.11 as pynmea2 knows it: its tables name the fields, their texts are read here. Sentences
-without a checksum are rejected. The two letters of the talker matter only where the vessel's file names them. Between
-the sentences there may be anything, such as RTCM or a maker's binary messages, of which UBX-NAV-RELPOSNED is read.
-Proprietary sentences ($P…) and AIS (!…) are ignored.
+without a checksum are rejected. The two letters of the talker matter only where the vessel's file names them, and where
+they tell a magnetic compass. Between the sentences there may be anything, such as RTCM or a maker's binary messages, of
+which UBX-NAV-RELPOSNED is read. Proprietary sentences ($P…) and AIS (!…) are ignored.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from companion.core.ports import ByteStream
 from companion.core.readings import Reading, RelativeFix
 from companion.core.tick import DeviceHealth
 from companion.io.sensors.driver import StreamDriver
-from companion.io.sensors.nmea0183_fields import checksum
+from companion.io.sensors.nmea0183_fields import TALKER, checksum
 from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
 from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences
 from companion.io.sensors.nmea0183_radar import RadarSentences
@@ -142,6 +142,7 @@ class Nmea0183Sensor(StreamDriver):
             return
         self._used = True
         sentence = dict(zip(names, body[6:].split(","), strict=False))
+        sentence[TALKER] = talker
         try:
             t_s = self._times.of(kind, sentence, began_s)
             if kind == _SATELLITES:

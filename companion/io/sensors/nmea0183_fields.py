@@ -12,6 +12,7 @@ from pynmea2.nmea_utils import datestamp, timestamp
 Sentence = Mapping[
     str, str
 ]  # the texts of its fields by their names in pynmea2; those that a device leaves off are not there
+TALKER = "talker"  # in a `Sentence`, the two letters of who sends it
 
 MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400

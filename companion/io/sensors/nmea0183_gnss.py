@@ -32,6 +32,7 @@ _SATELLITES_AGE_S = 10.0
 _STANDSTILL_MPS = 0.2  # below this, a course left empty means "none" and not "unknown"
 _CORRECTIONS_PERIOD_S = 0.95
 _FLAT = 2  # mode of a GSA without height
+_UNMEASURED = frozenset("NEMS")  # mode indicators: no fix, dead reckoning, typed in by hand, simulator
 
 
 class GnssSentences:
@@ -70,10 +71,10 @@ class GnssSentences:
         fix = self._dimension(fix, t_s)
         accuracy = self._accuracy_m(fix, hdop, t_s)
         readings.append(GnssFix(t_s, self._name, *where, number(sentence.get("altitude")), fix, count, hdop, accuracy))
-        age_s, station = number(sentence.get("age_gps_data")), number(sentence.get("ref_station_id"))
+        age_s = number(sentence.get("age_gps_data"))
         if age_s is not None and fix >= FixType.DGPS and t_s - self._corrections_s >= _CORRECTIONS_PERIOD_S:
             self._corrections_s = t_s
-            readings.append(Corrections(t_s, self._name, age_s, None if station is None else int(station)))
+            readings.append(Corrections(t_s, self._name, age_s, _station(sentence.get("ref_station_id"))))
 
     def _dimension(self, fix: FixType, t_s: float) -> FixType:
         """Quality 1 is the same with and without height; GSA tells the two apart."""
@@ -118,7 +119,7 @@ class GnssSentences:
         return f"{count} satellites in view, the strongest {strongest_dbhz:.0f} dB-Hz"
 
     def _gll(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        if sentence.get("status") == "A" and not self._recent("GGA", t_s):
+        if sentence.get("status") == "A" and _measured(sentence, "faa_mode") and not self._recent("GGA", t_s):
             self._plain_fix(sentence, t_s, readings)
 
     def _plain_fix(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
@@ -131,9 +132,10 @@ class GnssSentences:
     def _rmc(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         if sentence.get("status") != "A":
             return
-        if not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
+        measured = _measured(sentence, "mode_indicator")
+        if measured and not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
             self._plain_fix(sentence, t_s, readings)
-        if not self._recent("VTG", t_s):
+        if measured and not self._recent("VTG", t_s):
             self._velocity(
                 number(sentence.get("spd_over_grnd")), MPS["N"], number(sentence.get("true_course")), t_s, readings
             )
@@ -141,7 +143,7 @@ class GnssSentences:
             self._time_of_day(day(sentence.get("datestamp")), sentence.get("timestamp"), t_s, readings)
 
     def _vtg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        if sentence.get("faa_mode") == "N":
+        if not _measured(sentence, "faa_mode"):
             return
         speed, unit = number(sentence.get("spd_over_grnd_kmph")), MPS["K"]
         if speed is None:
@@ -171,3 +173,14 @@ class GnssSentences:
     def _time_of_day(self, on: date | None, text: str | None, t_s: float, readings: list[Reading]) -> None:
         if on is not None and text:
             readings.append(TimeOfDay(t_s, self._name, unix_ns(on, text)))
+
+
+def _measured(sentence: Sentence, mode: str) -> bool:
+    """Whether position and velocity are measured. Receivers go on with sentences that say they are valid while they
+    only reckon on. Old ones have no mode."""
+    return sentence.get(mode) not in _UNMEASURED
+
+
+def _station(text: str | None) -> int | None:
+    """The number of the reference station. Some receivers name it by letters."""
+    return int(text) if text and text.isdecimal() else None

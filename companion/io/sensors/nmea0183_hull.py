@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping
 from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.readings import Depth, DepthAhead, Heading, HeadingBy, Measurement, Reading, Wind
-from companion.io.sensors.nmea0183_fields import MPS, Sentence, angle_rad, number, signed
+from companion.io.sensors.nmea0183_fields import MPS, TALKER, Sentence, angle_rad, number, signed
 from companion.io.sensors.nmea0183_gnss import Handler
 
+_MAGNETIC_COMPASS = "HC"
 _FOOT_M, _FATHOM_M = 0.3048, 1.8288
 _MOST_TRANSDUCERS = 10  # in one XDR
 TRANSDUCERS = tuple(
@@ -37,7 +38,8 @@ class HullSentences:
     """HDT, THS, HDG, HDM → `Heading`; MWV, VWR → `Wind`; DPT, DBT → `Depth`, or `DepthAhead` of a
     sounder that looks ahead; ROT, VHW, VBW, RSA, XDR → `Measurement`.
 
-    `recent(kind, t_s)`: whether that sentence has come lately; HDM, VWR and DBT count only where nothing better does.
+    `recent(kind, t_s)`: whether that sentence has come lately; HDM, VWR and DBT count only where nothing better does,
+    nor do HDT and THS of a magnetic compass.
     """
 
     def __init__(self, config: SensorConfig, recent: Callable[[str, float], bool]) -> None:
@@ -64,11 +66,19 @@ class HullSentences:
     # --- headings ---------------------------------------------------------------------------------------------------
 
     def _hdt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        self._heading(number(sentence.get("heading")), HeadingBy.BASELINE, t_s, readings)
+        self._true(sentence, t_s, readings)
 
     def _ths(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         if sentence.get("mode") == "A":
-            self._heading(number(sentence.get("heading")), HeadingBy.BASELINE, t_s, readings)
+            self._true(sentence, t_s, readings)
+
+    def _true(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        """Of two antennas, or of a magnetic compass that knows the variation: its talker tells."""
+        heading = number(sentence.get("heading"))
+        if sentence.get(TALKER) != _MAGNETIC_COMPASS:
+            self._heading(heading, HeadingBy.BASELINE, t_s, readings)
+        elif not self._recent("HDG", t_s):
+            self._heading(heading, HeadingBy.COMPASS, t_s, readings)
 
     def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Magnetic; true already where the compass knows the variation."""

@@ -16,6 +16,7 @@ _LEAST_RAD = math.radians(10.0)
 _WANDERS = 3.0
 _LASTS_S = 8.0
 _TURN_RADPS = math.radians(5.0)  # in turns a boat slips
+_MEASURED_S = 1.5  # age of the last velocity up to which the course is measured: dead reckoning drifts
 
 
 @dataclass(slots=True)
@@ -25,10 +26,11 @@ class _Source:
 
 
 class HeadingCourse(Hypothesis):
-    """Remembers for each source since when it differs from the course."""
+    """Remembers for each source since when it differs from the course, and when a velocity was last measured."""
 
     def __init__(self) -> None:
         self._sources: dict[str, _Source] = defaultdict(_Source)
+        self._velocity_s = -math.inf
 
     def clear(self) -> None:
         """Begin anew."""
@@ -43,7 +45,8 @@ class HeadingCourse(Hypothesis):
         self.doubt = 0.0
         turning = evidence.inertial is None or abs(evidence.turn_radps) > _TURN_RADPS
         speed_mps = math.hypot(evidence.north_mps, evidence.east_mps)
-        if evidence.driven and speed_mps >= _SPEED_MPS and not turning:
+        measured = self._is_measured(evidence, now_s)
+        if evidence.driven and speed_mps >= _SPEED_MPS and measured and not turning:
             course_rad = math.atan2(evidence.east_mps, evidence.north_mps)
             explained_rad = _LEAST_RAD + math.asin(min(_DRIFT_MPS / speed_mps, 1.0))
             for seen in evidence.headings[-4:]:
@@ -53,6 +56,18 @@ class HeadingCourse(Hypothesis):
             for name, source in self._sources.items()
             if source.found and source.since_s is not None
         ]
+
+    def _is_measured(self, evidence: Evidence, now_s: float) -> bool:
+        """Whether the course is that of a receiver. Where it is not, what has differed for less than it must begins
+        anew."""
+        for seen in evidence.velocities:
+            if Channel(Sense.VELOCITY, seen.source) not in evidence.distrusted:
+                self._velocity_s = seen.t_s
+        measured = now_s - self._velocity_s <= _MEASURED_S
+        if not measured:
+            for source in self._sources.values():
+                source.since_s = source.since_s if source.found else None
+        return measured
 
     def _compare(self, seen: HeadingSeen, course_rad: float, explained_rad: float) -> None:
         source = self._sources[seen.source]

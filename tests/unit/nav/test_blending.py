@@ -80,6 +80,16 @@ def test_the_accuracy_knows_what_is_still_to_be_absorbed() -> None:
     assert boat.slow_sigma_m == pytest.approx(0.7, abs=0.05)
 
 
+def test_another_kind_of_fix_begins_where_the_boat_is() -> None:
+    """What a receiver was off by went with the kind of fix; what it is off by now is followed as ever."""
+    boat = Afloat({"a": 1.0, "b": 1.0})
+    boat.go(100.0, {"a": lambda _: -2.0, "b": lambda _: 2.0})
+    before_m = boat.north_m
+    offset = boat.blend.update("a", boat.now_s + DT_S, (5.0 - before_m, 0.0), 1.0, 0.7, True, anew=True)
+    assert offset is not None
+    assert 5.0 - before_m - offset.north_m == pytest.approx(0.0, abs=0.05)
+
+
 # --- in the estimator -------------------------------------------------------------------------------------------------
 
 VOYAGE = Voyage(duration_s=180.0, speed_mps=0.5, seed=3)
@@ -129,6 +139,31 @@ def test_the_estimate_is_between_them_and_makes_no_step_where_one_is_lost() -> N
 def test_without_blending_the_first_alone_counts() -> None:
     error = off(pair(0.6, -0.4, 1e9, 0.0))
     assert np.mean(error[1200:1395]) == pytest.approx(0.6, abs=0.08)
+
+
+@pytest.mark.parametrize("plain_s", [(0.0, 30.0), (30.0, 40.0)])
+def test_both_come_back_to_carrier_phase_without_the_offsets_of_plain_fixes(plain_s: tuple[float, float]) -> None:
+    voyage = replace(VOYAGE, duration_s=60.0)
+    gnss, imu = config_of(voyage).sensors
+    config = replace(config_of(voyage), sensors=(gnss, replace(gnss, name="spare"), imu))
+
+    def said(fix: GnssFix, plain_m: float) -> GnssFix:
+        if not plain_s[0] <= fix.t_s < plain_s[1]:
+            return fix
+        north, east = FRAME.to_ned(fix.lat_deg, fix.lon_deg)
+        lat, lon = FRAME.to_geodetic(north + plain_m, east)
+        return replace(fix, lat_deg=lat, lon_deg=lon, fix=FixType.DGPS, position_accuracy_m=0.5)
+
+    def both(_: int, row: list[Reading]) -> list[Reading]:
+        fixes = [reading for reading in row if isinstance(reading, GnssFix)]
+        others = [reading for reading in row if not isinstance(reading, GnssFix)]
+        spare = [replace(said(fix, -0.6), source="spare") for fix in fixes]
+        return [*others, *(said(fix, 0.8) for fix in fixes), *spare]
+
+    passage = navigate(voyage, both, config=config)
+    after = passage.errors(plain_s[1] + 2.0)[0]
+    assert after.max() < 0.06
+    assert passage.states[-1].position_accuracy_m < 0.03
 
 
 def test_one_receiver_costs_and_changes_nothing() -> None:

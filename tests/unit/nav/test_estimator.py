@@ -11,6 +11,7 @@ import pytest
 
 from companion.config import vessel as vessel_config
 from companion.config.devices import FixErrors
+from companion.core.actuation import Wrench
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import decimal_year, declination_rad
 from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading, TimeOfDay, Wind
@@ -71,6 +72,12 @@ def test_converges(voyage: Voyage) -> None:
     assert rms(position) < (0.03 if voyage.position_sigma_m < 0.04 else 0.035)
     assert math.degrees(rms(yaw)) < 0.3
     assert rms(velocity) < 0.03
+
+
+def test_a_boat_may_turn_hard_when_it_starts() -> None:
+    passage = navigate(Voyage(duration_s=12.0, speed_mps=1.5, radius_m=5.0))
+    position, yaw, _ = passage.errors(1.5)
+    assert position.max() < 0.2 and math.degrees(yaw.max()) < 1.5
 
 
 def test_the_sigmas_match_the_errors() -> None:
@@ -319,6 +326,39 @@ def test_origin_is_home_or_the_first_fix_far_from_it() -> None:
     assert far.inertial is not None
     assert far.inertial.filter.gravity_mps2 == normal_gravity_mps2(-33.0)
     assert state.altitude_m == pytest.approx(11.8)
+
+
+def test_a_first_position_far_off_leaves_no_plane_behind() -> None:
+    """A receiver that begins at 0, 0: around that the plane is no map of where the boat really is."""
+    voyage = Voyage(duration_s=12.0)
+
+    def at_null(reading: Reading) -> Reading:
+        if not isinstance(reading, GnssFix):
+            return reading
+        return replace(reading, lat_deg=0.0, lon_deg=0.0, fix=FixType.FIX_3D, position_accuracy_m=1.5)
+
+    passage = navigate(voyage, between(0.0, 5.0, at_null))
+    frame = LocalFrame(REVOLT.home.lat_deg, REVOLT.home.lon_deg)
+    for state, k in zip(passage.states, passage.rows, strict=True):
+        if state.t_s > 7.0:
+            north, east = frame.to_ned(state.lat_deg, state.lon_deg)
+            assert math.hypot(north - passage.truth.position[k, 0], east - passage.truth.position[k, 1]) < 0.1
+    assert rms(passage.errors(7.0)[2]) < 0.05
+
+
+def test_the_plane_stays_where_it_is_while_modes_hold_places_in_it() -> None:
+    estimator = Estimator(REVOLT, Parameters({"NAV_JUMP_ACT": 0.0}))
+    armed = Wrench(0.0, 0.0, 0.0)
+    first_fixes(estimator, 63.4389, 10.3990)
+    for k in range(25, 75):
+        fix = GnssFix(0.05 * k, "gnss", 64.4389, 10.3990, 12.0, FixType.RTK_FIXED, 12, 0.8, 0.02)
+        state = estimator.update([fix, Heading(0.05 * k, "gnss", 0.0)], 0.05 * k, armed)
+    assert (estimator.frame.lat_deg, estimator.frame.lon_deg) == (REVOLT.home.lat_deg, REVOLT.home.lon_deg)
+    assert state.north_m > 100e3
+    fix = GnssFix(3.8, "gnss", 64.4389, 10.3990, 12.0, FixType.RTK_FIXED, 12, 0.8, 0.02)
+    state = estimator.update([fix, Heading(3.8, "gnss", 0.0)], 3.8)
+    assert (estimator.frame.lat_deg, estimator.frame.lon_deg) == (64.4389, 10.3990)
+    assert (state.lat_deg, state.lon_deg) == pytest.approx((64.4389, 10.3990), abs=1e-4)
 
 
 def test_another_receiver_replaces_one_that_loses_its_fix() -> None:

@@ -298,6 +298,24 @@ def test_what_comes_right_is_used_again() -> None:
     assert state.position_age_s < 0.2 and state.distrusted == () and boat.off()[0] < 0.1
 
 
+def test_a_receiver_that_comes_back_after_long_is_believed_where_the_boat_may_have_drifted() -> None:
+    """0.25 m/s for 90 s: as much as a current that has turned does, and dead reckoning cannot know."""
+
+    def gone(reading: Reading, age_s: float) -> Reading | None:
+        if isinstance(reading, Imu):
+            return reading
+        return None if age_s < 90.0 else jump(22.0)(reading, age_s)
+
+    boat = Afloat({}, Voyage(duration_s=113.0, speed_mps=0.0))
+    state = boat.go(LIE_S + 89.0, gone)
+    assert boat.off()[0] < 2.0
+    assert state.position_accuracy_m > 5.0
+    state = boat.go(LIE_S + 93.0, gone)
+    assert boat.off()[0] == pytest.approx(22.0, abs=0.3)
+    assert state.position_valid and not state.distrusted
+    assert not any("not used" in text for text in boat.said)
+
+
 def test_report_only_follows_as_ever() -> None:
     boat = afloat(NAV_INTEG=1)
     boat.go(30.0, jump(5.0))

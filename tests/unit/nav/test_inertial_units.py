@@ -111,14 +111,15 @@ def test_a_switch_to_a_unit_elsewhere_takes_its_place_into_account() -> None:
     config = replace(config_of(VOYAGE), sensors=(gnss, imu, replace(imu, name="imu2", x_m=2.0)))
 
     def alter(_: int, row: list[Reading]) -> list[Reading]:
-        """Until begun_s both say what the second one feels; the first is as far off as its place makes it."""
+        """Until begun_s both say what the second one feels; the first is as far off as its place makes it. It is in use
+        from the start, since it speaks first."""
         said = [reading for reading in row if not isinstance(reading, Imu)]
         for reading in row:
             if isinstance(reading, Imu):
                 turn = reading.yaw_rate_radps
                 first = replace(reading, x_mps2=reading.x_mps2 + 2.0 * turn * turn)
                 said += [first] if reading.t_s < begun_s else []
-                said.append(replace(reading, source="imu2"))
+                said += [replace(reading, source="imu2")] if reading.t_s >= 0.5 else []
         return said
 
     passage = navigate(voyage, alter, config=config)

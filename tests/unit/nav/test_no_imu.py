@@ -35,6 +35,22 @@ def test_heading_on_a_circle_over_the_wrap() -> None:
     assert motion.rates[2] == pytest.approx(0.1, abs=0.005)
 
 
+@pytest.mark.parametrize("by_course", [False, True], ids=["by its antennas", "by its course"])
+def test_a_boat_that_starts_in_a_turn_is_followed(by_course: bool) -> None:
+    """Its rate of turn is not known yet, and a course is 15° off. Neither makes outliers of good headings."""
+    solution = PoseSolution()
+    if by_course:
+        solution.heading(0.0, math.radians(-15.0), math.radians(15.0))
+    for k in range(1, 80):
+        t_s = k / 20
+        verdict = solution.heading(t_s, 0.4 * t_s, math.radians(0.4))
+        assert verdict is not Verdict.REJECT
+        motion = solution.motion(t_s)
+        assert abs(motion.attitude[2] - 0.4 * t_s) < 3.0 * motion.yaw_sigma_rad
+    assert motion.attitude[2] == pytest.approx(0.4 * t_s, abs=math.radians(0.2))
+    assert motion.rates[2] == pytest.approx(0.4, abs=0.01)
+
+
 def test_position_and_heading_outliers_are_rejected() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)

@@ -28,14 +28,14 @@ class Sail:
     def __init__(self, yaw_rad: float = 0.5) -> None:
         self.observer = CurrentObserver(REVOLT)
         self.aid = VelocityAid(self.observer)
-        self.yaw_rad, self.now_s = yaw_rad, 0.0
+        self.yaw_rad, self.now_s, self.variance_m2 = yaw_rad, 0.0, 0.0
         self.north_mps = SPEED_MPS * math.cos(yaw_rad) + CURRENT[0]
         self.east_mps = SPEED_MPS * math.sin(yaw_rad) + CURRENT[1]
 
     def go(
         self, duration_s: float, measured: bool, thrust: Wrench | None = FULL, drift_mps2: float = 0.0
     ) -> list[tuple[float, float, float, float]]:
-        """What the aid gives, as (t_s, north, east, sigma); `drift_mps2`: how the estimate goes wrong meanwhile."""
+        """What the aid gives, as (t_s, north, east, sigma), and in `variance_m2` all that it adds to the position; `drift_mps2`: how the estimate goes wrong meanwhile."""
         given = []
         for k in range(round(duration_s / DT_S)):
             self.now_s += DT_S
@@ -48,7 +48,8 @@ class Sail:
             )
             aid = self.aid.update(self.now_s, measured, motion)
             if aid is not None:
-                given.append((self.now_s, *aid))
+                given.append((self.now_s, *aid[:3]))
+                self.variance_m2 += aid.variance_m2
         return given
 
 
@@ -84,6 +85,23 @@ def test_its_sigma_grows_with_the_gap_and_with_a_change_of_speed() -> None:
     first, *_, last = steady.go(12.0, measured=False)
     assert last[3] > 1.2 * first[3]
     assert slowing.go(12.0, measured=False, thrust=Wrench(0.0, 0.0, 0.0))[-1][3] > last[3]
+
+
+def test_what_lasts_of_its_error_takes_the_position_off_in_proportion_to_time() -> None:
+    """It has built up after half a minute. Errors that come anew all the time would go with the root of it."""
+    sail = Sail()
+    sail.go(60.0, measured=True)
+    off_m = []
+    for _ in range(9):
+        given = sail.go(10.0, measured=False)
+        off_m.append(math.sqrt(sail.variance_m2))
+    sigma_mps = given[-1][3] / math.sqrt(6.0)
+    assert off_m[0] < 1.5 * sigma_mps
+    assert off_m[8] - off_m[7] == pytest.approx(0.7 * 10.0 * sigma_mps, rel=0.1)
+    sail.go(1.0, measured=True)
+    before_m2 = sail.variance_m2
+    sail.go(10.0, measured=False)
+    assert math.sqrt(sail.variance_m2 - before_m2) == pytest.approx(off_m[0], rel=0.2)
 
 
 def test_without_known_thrust_it_gives_none() -> None:

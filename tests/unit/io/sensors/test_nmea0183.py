@@ -162,6 +162,19 @@ def test_compasses() -> None:
     assert [reading.by for reading in both if isinstance(reading, Heading)] == [HeadingBy.BASELINE, HeadingBy.COMPASS]
 
 
+def test_a_magnetic_compass_says_a_true_heading() -> None:
+    """It is as good as its HDG, and left aside where that comes too; two antennas and gyrocompasses are better."""
+    for body in ("HCHDT,229.2,T", "HCTHS,229.2,A"):
+        (heading,) = read(sentence(body))
+        assert isinstance(heading, Heading) and heading.by is HeadingBy.COMPASS
+        assert heading.yaw_rad == pytest.approx(math.radians(229.2 - 360.0))
+    (heading,) = read(sentence("HCHDG,214.7,,,14.5,E") + sentence("HCHDT,229.2,T"))
+    assert isinstance(heading, Heading) and heading.by is HeadingBy.COMPASS
+    for body in ("GNHDT,229.2,T", "HEHDT,229.2,T", "GNTHS,229.2,A"):
+        (heading,) = read(sentence(body))
+        assert isinstance(heading, Heading) and heading.by is HeadingBy.BASELINE
+
+
 @pytest.mark.parametrize(
     "quality, fix",
     [
@@ -189,6 +202,26 @@ def test_no_fix_is_reported_without_a_place() -> None:
     assert isinstance(fix, GnssFix)
     assert (fix.fix, fix.satellites, fix.hdop, fix.altitude_m) == (FixType.NONE, 0, None, None)
     assert math.isnan(fix.lat_deg) and math.isnan(fix.lon_deg)
+
+
+def test_dead_reckoning_is_no_measurement() -> None:
+    """As a receiver sends it without satellites. VTG, RMC and GLL say that they are valid."""
+    place, course = "4133.06452,N,00213.52562,E", "3.793,131.96"
+    assert read(sentence("GNVTG,131.96,T,130.71,M,3.793,N,7.025,K,E")) == []
+    assert read(sentence(f"GNGLL,{place},101938.00,A,E")) == []
+    (time,) = read(sentence(f"GNRMC,101938.00,A,{place},{course},280622,1.26,E,E,V"))
+    assert isinstance(time, TimeOfDay)
+    for mode in ("A", "D", "F", "P", "R"):
+        fix, velocity, _ = read(sentence(f"GNRMC,101938.00,A,{place},{course},280622,1.26,E,{mode},V"))
+        assert isinstance(fix, GnssFix) and isinstance(velocity, GroundVelocity)
+
+
+def test_a_reference_station_named_by_letters() -> None:
+    """The example in NovAtel's manual: RMC still steps back behind the better GGA."""
+    gga = b"$GPGGA,134658.00,5106.9792,N,11402.3003,W,2,09,1.0,1048.47,M,-16.27,M,08,AAAA*60\r\n"
+    readings = read(gga + sentence("GPRMC,134658.00,A,5106.9792,N,11402.3003,W,0.08,323.3,210307,0.0,E,D"))
+    assert [type(reading) for reading in readings] == [GnssFix, Corrections, GroundVelocity, TimeOfDay]
+    assert readings[1] == Corrections(1.0, "gnss", 8.0, None)
 
 
 def test_accuracy_from_gst() -> None:

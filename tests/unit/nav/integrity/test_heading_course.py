@@ -42,6 +42,20 @@ def test_the_deviation_of_a_compass_is_allowed() -> None:
     assert Passage(HeadingCourse(), FAST).go(20.0, compass) == []
 
 
+def test_dead_reckoning_that_has_drifted_is_no_course() -> None:
+    """No receiver measures the velocity: it is the estimate that is off, not the compass."""
+
+    def unmeasured(evidence: Evidence, age_s: float) -> None:
+        evidence.velocities = []
+        turned(evidence, 1.0)
+
+    passage = Passage(HeadingCourse(), FAST)
+    assert passage.go(5.0, lambda evidence, _: turned(evidence, 1.0)) == []
+    assert passage.go(30.0, unmeasured) == []
+    assert passage.go(5.0, lambda evidence, _: turned(evidence, 1.0)) == []
+    assert passage.go(5.0, lambda evidence, _: turned(evidence, 1.0))
+
+
 def test_it_ends_when_heading_and_course_agree() -> None:
     passage = Passage(HeadingCourse(), FAST)
     assert passage.go(10.0, lambda evidence, _: turned(evidence, 1.0))
