@@ -178,7 +178,8 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
     if problem := _out_of_scale(found, "draft_m" in numbers):
         return None, [problem]
     if not LEAST_BLOCK <= found.block <= MOST_BLOCK:
-        fits = f"from {_draft(found, MOST_BLOCK):.2f} to {_draft(found, LEAST_BLOCK):.2f} m"
+        least_mm, most_mm = (1000.0 * _draft(found, block) for block in (MOST_BLOCK, LEAST_BLOCK))
+        fits = f"from {math.ceil(least_mm) / 1000.0:g} to {math.floor(most_mm) / 1000.0:g} m"
         text = f"{mass_kg:g} kg do not float so: with this length and beam the draft is {fits}"
         return None, [(("hull", "draft_m" if "draft_m" in numbers else "mass_kg"), text)]
     return found, []
