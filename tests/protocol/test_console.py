@@ -113,6 +113,9 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
         check_chart(browser)
         check_breach(browser)
+        check_long_name(browser)
+        check_many_waypoints(browser)
+        check_large_forces(browser)
         browser.click("#tabs [data-view=strips]")
         browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
         error = browser.text('[data-strip="Position error"] .head')
@@ -166,6 +169,61 @@ def check_breach(browser: Browser) -> None:
     )
     assert colours[0] != colours[1]
     assert 0.0 < x < width and 0.0 < y < height
+
+
+def check_long_name(browser: Browser) -> None:
+    """A long name makes room for a failsafe, which is read whole, and pushes nothing out of the bar."""
+    name = browser.text("#vessel")
+    browser.run("$('#vessel').textContent = arguments[0]", "Rowing boat with two trolling motors, " * 4)
+    for width in (1280, 900):
+        browser.resize(width, 800)
+        cut, boxes = browser.run(
+            "const f = $('#failsafes'); f.hidden = false;"
+            "f.textContent = 'Failsafe: position lost, battery critical, battery low';"
+            "const b = (s) => { const r = $(s).getBoundingClientRect(); return [r.left, r.right]; };"
+            "return [f.scrollWidth > f.clientWidth || f.scrollHeight > f.clientHeight,"
+            " ['#vessel', '#mode', '#armed', '#failsafes', '#clock', '#age', '#palette'].map(b)]"
+        )
+        assert not cut
+        edges = [edge for box in boxes for edge in box]
+        assert edges == sorted(edges) and edges[-1] <= width, f"{width}: {boxes}"
+    browser.resize(1280, 800)
+    browser.run("$('#vessel').textContent = arguments[0]; usvConsole.redraw()", name)
+
+
+def check_many_waypoints(browser: Browser) -> None:
+    """Of 200 waypoints that lie close together no two numbers cover each other, and the one ahead has its number."""
+    numbers = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "const mission = [...Array(200).keys()].map((i) => ({ number: i + 1, seq: i, north_m: 6 * (i % 10), east_m: 5 * Math.floor(i / 10) }));"
+        "model.boat = { ...kept[0], mission };"
+        "model.tick = { ...kept[1], row: { ...kept[1].row, mode: 'Mission', mission_seq: 87, north_m: 300 } };"
+        "$('#chart-tools [data-do=fit]').click(); usvConsole.redraw();"
+        "const shown = [...document.querySelectorAll('#chart-places [data-item]')].filter((m) => m.lastChild.getClientRects().length);"
+        "const found = shown.map((m) => { const r = m.firstChild.getBoundingClientRect();"
+        " return [Number(m.dataset.item), r.x + r.width / 2, r.y + r.height / 2]; });"
+        "[model.boat, model.tick] = kept; $('#chart-tools [data-do=fit]').click(); return found;"
+    )
+    assert 10 < len(numbers) < 200 and 88 in [number for number, _, _ in numbers]
+    least = min(math.dist(a[1:], b[1:]) for i, a in enumerate(numbers) for b in numbers[:i])
+    assert least >= 19.0, least  # the diameter of a mark
+
+
+def check_large_forces(browser: Browser) -> None:
+    """The forces of a strong boat fit; a sideways force of a boat that has none to give is no full bar."""
+    overfull, share = browser.run(
+        "const model = usvConsole.model, kept = [model.hello, model.tick], c = kept[0].configuration;"
+        "model.hello = { ...kept[0], configuration: { ...c, limits: { surge_n: 2000, sway_n: 0, yaw_nm: 2000 } } };"
+        "const forces = {}; for (const of of ['achieved', 'demanded'])"
+        " Object.assign(forces, { [`${of}_surge_n`]: -1234.5, [`${of}_sway_n`]: 134.2, [`${of}_yaw_nm`]: -1234.5 });"
+        "model.tick = { ...kept[1], row: { ...kept[1].row, ...forces } }; usvConsole.redraw();"
+        "const bars = [...document.querySelectorAll('#values .bar')];"
+        "const found = [bars.map((b) => b.lastChild).filter((v) => v.scrollWidth > v.clientWidth).map((v) => v.textContent),"
+        " Number(bars[1].querySelector('.given').getAttribute('width'))];"
+        "[model.hello, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert not overfull
+    assert share == pytest.approx(100.0 * 134.2 / 2000.0, abs=0.1)
 
 
 def seek(browser: Browser, t_s: float) -> None:
@@ -242,6 +300,10 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         wait_until(lambda: last(boat)["armed"] == "1" and last(boat)["mode"] == "Hold", "the boat's own log")
         go_to(browser, boat)
         check_live_views(browser)
+        upright = (
+            "return [...document.querySelectorAll('#dial text')].every((t) => Math.abs(t.getScreenCTM().b) < 1e-6)"
+        )
+        assert browser.run(upright)
         trim(browser)
         check_operator_control(browser, boat, int(links[0].rpartition(":")[2]))
         check_catamaran(browser)

@@ -89,7 +89,7 @@ function dial() {
   for (let d = 0; d < 360; d += 30) {
     const g = svg("g", { transform: `rotate(${d})` }, drawing);
     svg("line", { class: "ring", y1: -58, y2: -52 }, g);
-    if (d % 90 === 0) svg("text", { "text-anchor": "middle", y: -62, class: "faint" }, g, "NESW"[d / 90]);
+    if (d % 90 === 0) svg("text", { "text-anchor": "middle", y: 4, class: "faint", transform: `translate(0 -66) rotate(${-d})` }, g, "NESW"[d / 90]);
   }
   element.present = svg("polygon", { class: "hull", points: "0,-50 5,-38 -5,-38" }, drawing);
   element.needle = svg("polygon", { class: "ghost", points: "0,-56 9,-30 0,-36 -9,-30" }, drawing);

@@ -105,8 +105,9 @@ function swing() {
 function drawWrench(now, boat) {
   const axes = [["surge_n", "N"], ["sway_n", "N"], ["yaw_nm", "Nm"]];
   axes.forEach(([name, unit], i) => {
-    const given = now[`achieved_${name}`], asked = now[`demanded_${name}`];
-    setBar(bars[i], given, asked, boat.limits[name], `${number(given, 1)} / ${number(asked, 1, unit)}`);
+    const given = now[`achieved_${name}`], asked = now[`demanded_${name}`], most = boat.limits[name] || boat.limits.surge_n;
+    const digits = Math.max(Math.abs(given), Math.abs(asked)) < 100 ? 1 : 0;
+    setBar(bars[i], given, asked, most, `${number(given, digits)} / ${number(asked, digits, unit)}`);
     bars[i].value.classList.toggle("warn", Boolean(more().limited?.[i]));
   });
   boat.thrusters.forEach((thruster, i) => {
