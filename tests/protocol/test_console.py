@@ -109,6 +109,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_thrust(browser, yaw)
         check_ellipses(browser, k)
         check_values(browser)
+        check_sail(browser)
         browser.click("#tabs [data-view=chart]")
         browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
         check_chart(browser)
@@ -226,6 +227,27 @@ def check_large_forces(browser: Browser) -> None:
     assert share == pytest.approx(100.0 * 134.2 / 2000.0, abs=0.1)
 
 
+def check_sail(browser: Browser) -> None:
+    """Of a sailing rig the page shows sheet and rudder. It showed the square of the sheet as newtons, and sectors around
+    the mast in which the rudder cannot stand."""
+    words, label, sectors, blade, centre, k = browser.run(
+        "const model = usvConsole.model, kept = [model.hello, model.tick], c = kept[0].configuration;"
+        "const rig = { ...c.thrusters[0], name: 'rig', kind: 'sail', x_m: 0, azimuth_min_rad: -0.7, azimuth_max_rad: 0.7,"
+        " sail: { attack_max_rad: null }, rudder: { x_m: -1 } };"
+        "model.hello = { ...kept[0], configuration: { ...c, thrusters: [rig] } };"
+        "const row = { ...kept[1].row, yaw_rad: 0, rig_throttle: 0.5, rig_force_n: 2, rig_azimuth_rad: 0.5 * Math.PI, rig_condition: 'ready' };"
+        "model.tick = { ...kept[1], row, more: { ...kept[1].more, feedback: [null] } }; usvConsole.redraw();"
+        "const bar = document.querySelectorAll('#values .bar')[3], l = $('#dp-blade-0');"
+        "const found = [bar.lastChild.textContent, bar.firstChild.textContent, $('#dp-sectors').children.length,"
+        " [l.x1, l.y1, l.x2, l.y2].map((v) => v.baseVal.value), usvConsole.pixel(row.north_m, row.east_m), usvConsole.dpView.perM];"
+        "[model.hello, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert (words, label, sectors) == ("50\xa0%  90°", "rig: sheet, rudder", 0)
+    x1, y1, x2, y2 = blade
+    assert (x1, y1) == pytest.approx((centre[0], centre[1] + k), abs=0.5)  # a metre astern
+    assert x2 < x1 and y2 == pytest.approx(y1, abs=0.5)  # the blade to port, which pushes the stern to starboard
+
+
 def seek(browser: Browser, t_s: float) -> None:
     """Stop a log there, drawn."""
     browser.run("if ($('#play').textContent === 'Pause') $('#play').click()")
@@ -313,6 +335,12 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         boat.process.send_signal(signal.SIGSTOP)
         browser.wait("document.body.classList.contains('stale')", "that silence shows")
         crossed = browser.run("return getComputedStyle($('#mode')).textDecorationLine")
+        browser.click("#tabs [data-view=state]")
+        words = browser.run(
+            "return [...document.querySelectorAll('#s-words li, #s-devices td, #s-arming p')]"
+            ".filter((e) => getComputedStyle(e).textDecorationLine !== 'line-through').map((e) => e.textContent)"
+        )
+        assert not words
         boat.process.send_signal(signal.SIGCONT)
         assert crossed == "line-through"
         browser.wait("!document.body.classList.contains('stale')", "that it lives again")
