@@ -116,6 +116,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_breach(browser)
         check_long_name(browser)
         check_many_waypoints(browser)
+        check_fit(browser)
         check_large_forces(browser)
         browser.click("#tabs [data-view=strips]")
         browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
@@ -208,6 +209,20 @@ def check_many_waypoints(browser: Browser) -> None:
     assert 10 < len(numbers) < 200 and 88 in [number for number, _, _ in numbers]
     least = min(math.dist(a[1:], b[1:]) for i, a in enumerate(numbers) for b in numbers[:i])
     assert least >= 19.0, least  # the diameter of a mark
+
+
+def check_fit(browser: Browser) -> None:
+    """Fit shows the berth and the leader, too. Both were out of the picture."""
+    places, (width, height) = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "model.boat = { ...kept[0], berth: { boat: [-70, -80, 0] } };"
+        "const leader = { north_m: 150, east_m: 60, north_mps: 0, east_mps: 0, yaw_rad: 0 };"
+        "model.tick = { ...kept[1], more: { ...kept[1].more, leader } };"
+        "$('#chart-tools [data-do=fit]').click();"
+        "const s = $('#chart').getBoundingClientRect(), found = [[usvConsole.chartPixel(-70, -80), usvConsole.chartPixel(150, 60)], [s.width, s.height]];"
+        "[model.boat, model.tick] = kept; $('#chart-tools [data-do=fit]').click(); return found;"
+    )
+    assert all(0.0 < x < width and 0.0 < y < height for x, y in places), places
 
 
 def check_large_forces(browser: Browser) -> None:

@@ -44,8 +44,11 @@ function fit() {
     const r = zone.radius_m ?? 0;
     for (const [n, e] of zone.points) seen.push([n - r, e - r], [n + r, e + r]);
   }
-  const home = more().home;
+  const { home, leader } = more(), berth = model.boat?.berth;
+  seen.push(...(model.boat?.path ?? []));
+  if (berth) seen.push([berth.boat[0], berth.boat[1]]);
   if (home) seen.push(toNed(home.lat_deg, home.lon_deg));
+  if (leader) seen.push([leader.north_m, leader.east_m]);
   const range = (i) => [Math.min(...seen.map((p) => p[i])), Math.max(...seen.map((p) => p[i]))];
   const [n0, n1] = range(0), [e0, e1] = range(1);
   view.centre = [(n0 + n1) / 2, (e0 + e1) / 2];
