@@ -117,6 +117,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_long_name(browser)
         check_many_waypoints(browser)
         check_fit(browser)
+        check_old_sense(browser)
         check_large_forces(browser)
         browser.click("#tabs [data-view=strips]")
         browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
@@ -223,6 +224,21 @@ def check_fit(browser: Browser) -> None:
         "[model.boat, model.tick] = kept; $('#chart-tools [data-do=fit]').click(); return found;"
     )
     assert all(0.0 < x < width and 0.0 < y < height for x, y in places), places
+
+
+def check_old_sense(browser: Browser) -> None:
+    """A sense that has been silent is not told as taken."""
+    browser.click("#tabs [data-view=state]")
+    words = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "model.boat = { ...kept[0], sources: { position: 'gnss', heading: 'imu' } };"
+        "const judged = [['position', 14.2], ['heading', 0.1]].map(([sense, age_s]) => ({ sense, age_s, accepted: true, square: 4, limit: 16 }));"
+        "model.tick = { ...kept[1], more: { ...kept[1].more, judged } }; usvConsole.redraw();"
+        "const found = [...document.querySelectorAll('#s-senses tr')].map((r) => r.lastChild.textContent);"
+        "[model.boat, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert words == ["the last one 14\xa0s ago", "taken, 0.5 of its gate"]
+    browser.click("#tabs [data-view=chart]")
 
 
 def check_large_forces(browser: Browser) -> None:
