@@ -117,6 +117,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_long_name(browser)
         check_many_waypoints(browser)
         check_fit(browser)
+        check_traffic(browser)
         check_old_sense(browser)
         check_large_forces(browser)
         browser.click("#tabs [data-view=strips]")
@@ -239,6 +240,27 @@ def check_old_sense(browser: Browser) -> None:
     )
     assert words == ["the last one 14\xa0s ago", "taken, 0.5 of its gate"]
     browser.click("#tabs [data-view=chart]")
+
+
+def check_traffic(browser: Browser) -> None:
+    """A vessel that sends neither speed nor course has dashes, and no closest approach; its label is not under the
+    buttons. It was shown as if it stood still with its bow north."""
+    labels = browser.run(
+        "const model = usvConsole.model, kept = model.tick, f = kept.more, far = (x, y) => {"
+        " const v = usvConsole.chartView; return [v.centre[0] - (y - v.h / 2) / v.perM, v.centre[1] + (x - v.w / 2) / v.perM]; };"
+        "const tools = $('#chart-tools').getBoundingClientRect(), s = $('#chart').getBoundingClientRect();"
+        "const [n, e] = far(tools.left - s.left + 20, tools.bottom - s.top + 4);"
+        "const home = model.boat.frame ?? model.hello.configuration.home, lat_deg = home.lat_deg + n / 111400,"
+        " lon_deg = home.lon_deg + e / (111400 * Math.cos(home.lat_deg * Math.PI / 180));"
+        "const traffic = [{ mmsi: 1, name: 'A', lat_deg, lon_deg, course_rad: null, speed_mps: null, heading_rad: null, length_m: null, age_s: 1 }];"
+        "model.tick = { ...kept, more: { ...f, traffic } }; usvConsole.redraw();"
+        "const texts = [...document.querySelectorAll('#chart-labels text')].slice(-2);"
+        "const found = texts.map((t) => { const r = t.getBoundingClientRect(); return [t.textContent, r.left < tools.right && r.right > tools.left && r.top < tools.bottom - 2]; });"
+        "model.tick = kept; usvConsole.redraw(); return found;"
+    )
+    assert [text for text, _ in labels] == ["A – –", labels[1][0]]
+    assert labels[1][0].endswith("off, course not known")
+    assert not any(under for _, under in labels), labels
 
 
 def check_large_forces(browser: Browser) -> None:

@@ -322,7 +322,8 @@ export function approach(now, at, velocity) {
 }
 
 function drawTargets(now) {
-  const seen = new Set(), taken = [];
+  const seen = new Set(), box = root.getBoundingClientRect(), tools = document.getElementById("chart-tools").getBoundingClientRect();
+  const taken = [[tools.left - box.left, tools.top - box.top, tools.right - box.left, tools.bottom - box.top]];
   for (const mark of layer.places.children) {
     const place = mark.at();
     if (!place) continue;
@@ -341,8 +342,9 @@ function drawTargets(now) {
     set(line, { x1: x, y1: y, x2: u, y2: v });
     set(mark, { points: symbol(x, y, target.heading_rad ?? course, 8) });
     const [t, far] = approach(now, at, velocity);
-    say(name, view.w < 520 ? target.name : `${target.name} ${number(speed, 1, "m/s")} ${bearing(course, 0)}`);
-    say(close, t > 0 ? `CPA ${number(far, 0, "m")} in ${number(t / 60, 1, "min")}` : `${number(far, 0, "m")} off, opening`);
+    say(name, view.w < 520 ? target.name : `${target.name} ${number(target.speed_mps, 1, "m/s")} ${bearing(target.course_rad, 0)}`);
+    const known = target.speed_mps !== null && (target.course_rad !== null || speed === 0);
+    say(close, !known ? `${number(Math.hypot(at[0] - now.north_m, at[1] - now.east_m), 0, "m")} off, course not known` : t > 0 ? `CPA ${number(far, 0, "m")} in ${number(t / 60, 1, "min")}` : `${number(far, 0, "m")} off, opening`);
     const [dx, dy] = free(x, y, 6.6 * Math.max(name.textContent.length, close.textContent.length), taken);
     set(name, { x: x + dx, y: y + dy });
     set(close, { x: x + dx, y: y + dy + 14 });
