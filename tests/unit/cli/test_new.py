@@ -116,17 +116,17 @@ def test_who_is_asked_answers_again_where_the_boat_does_not_float(
 ) -> None:
     """It ended, and all answers were gone; the draft that it named did not float either."""
     said = ["", "", "monohull", "4 m", "1.5", "180", "0.2", "", "", "100 N", "", "", "two", "0", "-3"]
-    again = ["", "", "", "", "", "", "0.195", "", "", "", "", "", "", "", "", "y"]
+    again = ["", "", "", "", "", "", "0.19", "", "", "", "", "", "", "", "", "y"]
     answers = iter([*said, *again])
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     monkeypatch.setattr("builtins.input", lambda *_: next(answers))
     file = tmp_path / "launch.toml"
     assert main(["new", str(file)]) == 0 and next(answers, None) is None
     shown = capsys.readouterr().out
-    assert "180 kg do not float so: with this length and beam the draft is from" in shown and "to 0.195 m" in shown
+    assert "180 kg do not float so: with this length and beam the draft is from" in shown and "to 0.19 m" in shown
     boat = load(file)
     assert boat.name == "launch" and boat.home.lat_deg == 0.0 and boat.thrusters[0].max_n == 100.0
-    assert boat.hull.draft_m == 0.195 and boat.sensors[0].antennas == 2
+    assert boat.hull.draft_m == 0.19 and boat.sensors[0].antennas == 2
 
 
 @pytest.mark.parametrize("name", bundled())
