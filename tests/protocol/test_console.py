@@ -239,6 +239,14 @@ def check_old_sense(browser: Browser) -> None:
         "[model.boat, model.tick] = kept; usvConsole.redraw(); return found;"
     )
     assert words == ["the last one 14\xa0s ago", "taken, 0.5 of its gate"]
+    rates = browser.run(
+        "const model = usvConsole.model, kept = model.tick; for (const [s, n] of [[0, 0], [9, 99], [18, 198]]) {"
+        " const health = [{ name: 'gnss', ok: true, age_s: null, text: `${n} NMEA sentences` }], row = { ...kept.row, t_s: kept.row.t_s + s };"
+        " model.tick = { ...kept, row, more: { ...kept.more, health } }; usvConsole.redraw(); }"
+        "const found = [...document.querySelectorAll('#s-devices td:nth-child(4)')].map((c) => c.textContent);"
+        "model.tick = kept; usvConsole.redraw(); return found;"
+    )
+    assert rates == [""], "a log has not the words of each moment, of which a rate could be made"
     browser.click("#tabs [data-view=chart]")
 
 

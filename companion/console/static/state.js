@@ -116,6 +116,7 @@ function drawSenses(boat, m) {
 
 const seen = new Map(); // name → [count, when, rate]
 function rate(device) {
+  if (model.recording) return ""; // a log has their words once a minute
   const count = Number(/(\d+) (?:\S+ )?(?:sentences|messages|frames)/.exec(device.text)?.[1]);
   if (!Number.isFinite(count)) return "";
   const [before, when, known] = seen.get(device.name) ?? [count, row().t_s, null];
