@@ -387,6 +387,7 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
             "return [...document.querySelectorAll('#dial text')].every((t) => Math.abs(t.getScreenCTM().b) < 1e-6)"
         )
         assert browser.run(upright)
+        check_anew(browser)
         trim(browser)
         check_operator_control(browser, boat, int(links[0].rpartition(":")[2]))
         check_catamaran(browser)
@@ -446,6 +447,23 @@ def go_to(browser: Browser, boat: Companion) -> None:
     target = browser.wait(far, "the target")
     assert target[1] == pytest.approx(east_m, abs=0.15) and abs(target[0]) < 0.15
     wait_until(lambda: float(last(boat)["desired_east_m"] or 0.0) > 0.02, "that the reference moves")
+
+
+def check_anew(browser: Browser) -> None:
+    """A point that was picked before the boat began anew is forgotten: its metres may count from elsewhere now."""
+    browser.click("#o-pick")
+    browser.run(
+        "const s = $('#dp'), b = s.getBoundingClientRect();"
+        "for (const kind of ['pointerdown', 'pointerup']) s.dispatchEvent(new PointerEvent(kind, "
+        "{ pointerId: 1, clientX: b.x + 200, clientY: b.y + 200, bubbles: true }))"
+    )
+    browser.wait("!$('#o-go').disabled", "the ghost")
+    left = browser.run(
+        "usvConsole.model.hello = { ...usvConsole.model.hello }; usvConsole.redraw(); usvConsole.redraw();"
+        "return [$('#o-go').disabled, $('#dp-ghost-hull').style.display, $('#o-pick').className]"
+    )
+    assert left == [True, "none", ""]
+    browser.wait("$('#modes [data-mode=\"Hold\"]')", "the modes")
 
 
 def trim(browser: Browser) -> None:

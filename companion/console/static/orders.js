@@ -8,7 +8,7 @@ const panel = document.getElementById("orders");
 const said = html("p", { id: "said", role: "status" });
 const TRIMS = [["DP_BW_SURGE", "Bandwidth surge", "rad/s"], ["DP_BW_SWAY", "Bandwidth sway", "rad/s"], ["DP_BW_YAW", "Bandwidth yaw", "rad/s"], ["WP_SPEED", "Mission speed", "m/s"]];
 const STEPS = [0.1, 0.5, 1, 2];
-let made = false, picking = false, ghost = null, station = null, dialled = null, step = 0.5;
+let made = false, known = null, picking = false, ghost = null, station = null, dialled = null, step = 0.5;
 const element = {};
 
 /** Send an order; shows the boat's answer. */
@@ -162,9 +162,20 @@ function trialWords({ identifying, proposal, in_force }) {
   return proposal ? `${proposal} waits to be accepted. ${counts} Accept disarmed or in Hold, then reboot disarmed.` : `No result waits: mode Trial sails one. ${counts}`;
 }
 
+/** A boat that has begun anew may count its metres from elsewhere: what was picked before would lie at another place. */
+function meet() {
+  known = model.hello;
+  if (picking) togglePick();
+  clearGhost();
+  station = null;
+  element.station.disabled = true;
+  element.modes.replaceChildren();
+}
+
 export function draw() {
   if (!model.hello?.console.control || !row()) return;
   if (!made) make();
+  if (known !== model.hello) meet();
   const now = row(), modes = (model.hello.modes ?? []).filter((mode) => mode.offered);
   if (element.modes.children.length !== modes.length) {
     element.modes.replaceChildren(...modes.map(({ name, text }) => button(name, () => order({ order: "mode", mode: name }, name), { "data-mode": name, title: text })));
