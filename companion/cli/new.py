@@ -228,7 +228,13 @@ def _new(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{folder}: no such folder; make it first")
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{folder}: you may not write there; choose another folder")
-    asks = not arguments.yes and sys.stdin.isatty()
+    try:
+        return _written(arguments, asks=not arguments.yes and sys.stdin.isatty())
+    except EOFError as error:  # Ctrl-D in place of an answer
+        raise UsageError("new: the answers ended; nothing was written") from error
+
+
+def _written(arguments: argparse.Namespace, asks: bool) -> int:
     text, config = _boat(arguments, asks)
     print(characters(config))
     print()

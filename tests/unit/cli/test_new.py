@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -163,3 +164,21 @@ def test_numbers_may_have_a_decimal_comma_and_their_unit(tmp_path: Path, capsys:
     assert "0.35 m to port" in said and "m astern" in said and "to -" not in said
     assert main(["new", str(tmp_path / "other.toml"), "--yes", *CATAMARAN, "--beam", "wide"]) == 2
     assert "a number, such as 1.2" in capsys.readouterr().err
+
+
+def test_ctrl_d_in_place_of_an_answer_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It left a traceback."""
+    for said in ([], ["", "", "barge", "3", "1", "300", "", "", "", "80", "", "", "", "", ""]):
+        answers = iter(said)
+        monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+        monkeypatch.setattr("builtins.input", lambda *_, answers=answers: _next_or_end(answers))
+        assert main(["new", str(tmp_path / "raft.toml")]) == 2 and next(answers, None) is None
+        assert capsys.readouterr().err == "companion: new: the answers ended; nothing was written\n"
+
+
+def _next_or_end(answers: Iterator[str]) -> str:
+    for answer in answers:
+        return answer
+    raise EOFError
