@@ -29,12 +29,13 @@ _TURNS_S, _TURNS = 1.0, 25  # the solver turns the thrusters step by step
 @dataclass(frozen=True, slots=True)
 class Capability:
     """`wind_mps[i]`: the strongest wind from `from_rad[i]`, clockwise from the bow; MOST_MPS: that or more. `lost`:
-    names of the thrusters that are lost."""
+    names of the thrusters that are lost. `bow_only`: the boat has no sideways thrust."""
 
     from_rad: tuple[float, ...]
     wind_mps: tuple[float, ...]
     lost: tuple[str, ...]
     current_mps: float
+    bow_only: bool = False
 
     @property
     def least_mps(self) -> float:
@@ -66,7 +67,7 @@ def capability(
     failed = [names.index(name) for name in lost]
     balance = _Balance(config, failed)
     winds = tuple(_strongest(balance, angle, current_mps) for angle in angles)
-    return Capability(angles, winds, tuple(lost), current_mps)
+    return Capability(angles, winds, tuple(lost), current_mps, config.limits.sway_n <= 0.0)
 
 
 class _Balance:
@@ -81,7 +82,8 @@ class _Balance:
         limits = self.config.limits
         if abs(wrench.surge_n) > limits.surge_n or abs(wrench.yaw_nm) > limits.yaw_nm:
             return False
-        if abs(wrench.sway_n) > limits.sway_n + 0.01 * limits.surge_n:
+        tolerance = 0.01 if limits.sway_n > 0.0 else 1e-6  # no sideways thrust: only the rounding of 0
+        if abs(wrench.sway_n) > limits.sway_n + tolerance * limits.surge_n:
             return False
         allocator = Allocator(self.config, self._parameters)
         for index in self._failed:
@@ -116,6 +118,8 @@ def summary(found: Capability) -> str:
     for angle, wind in list(zip(found.from_rad, found.wind_mps, strict=True))[::step]:
         more = " or more" if wind >= MOST_MPS else ""
         lines.append(f"  from {math.degrees(angle):3.0f} deg: {wind:5.1f} m/s{more}")
+    if found.bow_only:
+        lines.append("no sideways thrust: it turns its bow to the wind; companion check says up to which")
     return "\n".join(lines)
 
 

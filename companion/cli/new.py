@@ -93,15 +93,12 @@ def _one_of(words: Mapping[str, str] | tuple[str, ...]) -> Callable[[str], str]:
 
 
 def _motor(text: str) -> str:
-    if re.fullmatch(r"-?[\d.,]+", text):
+    if re.fullmatch(r"-?[\d.,]+(e\d+)?\s*N?", text):
         return f"{_number(text):g}"
-    try:
-        _number(text)
-    except ValueError:
-        if motors.find(text) is None:
-            if re.fullmatch(r"[\d.]+ *lbs?", text.lower()):
-                raise ValueError(f"of a trolling motor it is 'trolling {text}'; else give its thrust in N") from None
-            raise ValueError(motors.unknown_motor(text).replace("or give max_n", "or give its thrust in N")) from None
+    if motors.find(text) is None:
+        if re.fullmatch(r"[\d.]+ *lbs?", text.lower()):
+            raise ValueError(f"of a trolling motor it is 'trolling {text}'; else give its thrust in N")
+        raise ValueError(motors.unknown_motor(text).replace("or give max_n", "or give its thrust in N"))
     return text
 
 
@@ -231,10 +228,14 @@ def _new(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{folder}: no such folder; make it first")
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{folder}: you may not write there; choose another folder")
-    asks = not arguments.yes and sys.stdin.isatty()
-    answers = _answers(arguments, asks)
-    text = file_text(answers)
-    config = _checked(text)
+    try:
+        return _written(arguments, asks=not arguments.yes and sys.stdin.isatty())
+    except EOFError as error:  # Ctrl-D in place of an answer
+        raise UsageError("new: the answers ended; nothing was written") from error
+
+
+def _written(arguments: argparse.Namespace, asks: bool) -> int:
+    text, config = _boat(arguments, asks)
     print(characters(config))
     print()
     for line in summary(config):
@@ -245,6 +246,21 @@ def _new(arguments: argparse.Namespace) -> int:
     print(f"{arguments.file}: written. Next: companion check {arguments.file}")
     print(f"and, to sail it in simulation: companion run {arguments.file} --sitl")
     return 0
+
+
+def _boat(arguments: argparse.Namespace, asks: bool) -> tuple[str, VesselConfig]:
+    """The file's text and its vessel. Whoever is asked answers again, from what they said, where no boat follows from
+    it; else raises UsageError."""
+    known = _answers(arguments, asks)
+    while True:
+        text = file_text(Answers(**{question.key: known[question.key] for question in QUESTIONS}))
+        try:
+            return text, _checked(text)
+        except UsageError as error:
+            if not asks:
+                raise
+            print(f"\n{error}\nOnce more; an empty line keeps what you said.\n")
+            known = _asked_again(known)
 
 
 def _checked(text: str) -> VesselConfig:
@@ -284,8 +300,8 @@ def _three_digits(value: float) -> str:
     return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
-def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
-    """All answers: options first, then questions or defaults. Raises UsageError."""
+def _answers(arguments: argparse.Namespace, asks: bool) -> dict[str, Any]:
+    """All answers by their keys: options first, then questions or defaults. Raises UsageError."""
     known: dict[str, Any] = {question.key: None for question in QUESTIONS}
     known["spread_m"], known[_FILE] = 0.0, arguments.file.stem
     missing = []
@@ -303,7 +319,16 @@ def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
                 known[question.key] = question.default(known)
     if missing:
         raise UsageError(f"new: {', '.join(missing)} is missing; give it, or run in a terminal to be asked")
-    return Answers(**{question.key: known[question.key] for question in QUESTIONS})
+    return known
+
+
+def _asked_again(before: Known) -> dict[str, Any]:
+    """All answers, asked anew; what was said before is proposed."""
+    known = {**dict.fromkeys(before), "spread_m": 0.0, _FILE: before[_FILE]}
+    for question in QUESTIONS:
+        if question.when(known):
+            known[question.key] = _asked(question, known, before[question.key] if question.when(before) else None)
+    return known
 
 
 def _read(question: Question, text: str) -> Any:
@@ -314,11 +339,11 @@ def _read(question: Question, text: str) -> Any:
         raise UsageError(f"new: {asked}: '{text}': {error}") from error
 
 
-def _asked(question: Question, known: Known) -> Any:
-    """Ask until the answer can be read."""
+def _asked(question: Question, known: Known, said: Any = None) -> Any:
+    """Ask until the answer can be read. `said`: proposed in place of the default."""
     from rich.prompt import Prompt
 
-    default = None if question.default is None else question.default(known)
+    default = said if said is not None or question.default is None else question.default(known)
     shown = "-" if question.default is not None and default is None else None if default is None else str(default)
     while True:
         text = Prompt.ask(question.text) if shown is None else Prompt.ask(question.text, default=shown)

@@ -110,8 +110,11 @@ def _passphrase() -> str:
     if not sys.stdin.isatty():
         passphrase = sys.stdin.readline().rstrip("\r\n")
     else:
-        passphrase = getpass.getpass("passphrase: ")
-        if passphrase != getpass.getpass("again: "):
+        try:
+            passphrase, again = getpass.getpass("passphrase: "), getpass.getpass("again: ")
+        except EOFError as error:  # Ctrl-D
+            raise UsageError("no passphrase; nothing was changed") from error
+        if passphrase != again:
             raise UsageError("the two differ; nothing was changed")
     if not passphrase:
         raise UsageError("the passphrase is empty; nothing was changed")

@@ -26,7 +26,9 @@ _HEARTBEAT_S = 1.0
 _ANSWER_S = 3.0
 _TRIES = 2
 _REASON_S = 0.3  # in which the boat's words follow its answer
+_REPEATED_S = 30.0  # in which the boat does not say the same refusal to us again
 _ERROR = 3  # MAV_SEVERITY_ERROR: refusals
+_NUDGE = 31010  # its first parameter says what is asked, the others how much
 _IN_PROGRESS = 5
 _WORDS = {1: "not now", 2: "denied", 3: "not supported", 4: "failed", 5: "still in progress", 6: "cancelled"}
 
@@ -37,6 +39,40 @@ class Answer:
 
     done: bool
     text: str
+
+
+class _Texts:
+    """The boat's texts that follow an order, whole: those that are longer than a packet come in pieces."""
+
+    def __init__(self) -> None:
+        self._pieces: list[tuple[int, str]] = []
+
+    def take(self, message: Any) -> None:
+        """A STATUSTEXT."""
+        if message.id and message.chunk_seq and self._pieces and self._pieces[-1][0] == message.id:
+            self._pieces[-1] = (message.id, self._pieces[-1][1] + message.text)
+        else:
+            self._pieces.append((message.id, message.text))
+
+    def __str__(self) -> str:
+        return "; ".join(dict.fromkeys(text for _, text in self._pieces))
+
+
+class _Reasons:
+    """Why orders were refused lately. The boat does not repeat itself, but a page shows the reason each time."""
+
+    def __init__(self) -> None:
+        self._said: dict[tuple[float, ...], dict[str, float]] = {}
+
+    def of(self, order: CommandOrder, result: int, said: str, now_s: float) -> str:
+        """The reason of a refusal: what was `said` now, or else the one reason said before. Empty: not known."""
+        what = (order.number, *(order.params[:1] if order.number == _NUDGE else order.params), result)
+        key = tuple(0.0 if math.isnan(value) else value for value in what)
+        recent = {text: at_s for text, at_s in self._said.get(key, {}).items() if now_s - at_s < _REPEATED_S}
+        if said:
+            recent[said] = now_s
+        self._said[key] = recent
+        return said or (next(iter(recent)) if len(recent) == 1 else "")
 
 
 class OperatorLink:
@@ -64,6 +100,7 @@ class OperatorLink:
         self._transport: asyncio.Transport | asyncio.DatagramTransport | None = None
         self._heard: list[Callable[[Any], None]] = []
         self._one_at_a_time = asyncio.Lock()
+        self._reasons = _Reasons()
         self.fault = "not connected yet"
 
     async def keep(self) -> None:
@@ -136,12 +173,12 @@ class OperatorLink:
             await self._connect()
             if self._transport is None or self._transport.is_closing():
                 return Answer(False, f"no link to the boat: {self.fault}")
-            texts: list[str] = []
+            texts = _Texts()
             answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
 
             def heard(message: Any) -> None:
                 if message.get_type() == "STATUSTEXT" and message.severity <= _ERROR:
-                    texts.append(message.text)
+                    texts.take(message)
                 elif not answer.done() and _answers(message, order):
                     answer.set_result(message)
 
@@ -156,16 +193,17 @@ class OperatorLink:
             finally:
                 self._heard.remove(heard)
 
-    async def _conclude(self, order: Order, message: Any, texts: list[str]) -> Answer:
+    async def _conclude(self, order: Order, message: Any, texts: _Texts) -> Answer:
         if isinstance(order, ParameterOrder):
             if message.get_type() == "PARAM_VALUE" and math.isclose(message.param_value, order.value, rel_tol=1e-5):
                 return Answer(True, f"{order.name} {order.value:g}")
             await asyncio.sleep(_REASON_S)
-            return Answer(False, "; ".join(dict.fromkeys(texts)) or f"{order.name} not set")
+            return Answer(False, str(texts) or f"{order.name} not set")
         if message.result == 0:
             return Answer(True, "")
         await asyncio.sleep(_REASON_S)
-        return Answer(False, "; ".join(dict.fromkeys(texts)) or _WORDS.get(message.result, f"result {message.result}"))
+        said = self._reasons.of(order, message.result, str(texts), asyncio.get_running_loop().time())
+        return Answer(False, said or _WORDS.get(message.result, f"result {message.result}"))
 
     def _message(self, order: Order) -> Any:
         boat = self._boat()

@@ -61,7 +61,7 @@ def order_of(asked: Asked, modes: Mapping[str, int]) -> Order:
 def _number(asked: Asked, key: str, low: float, high: float) -> float:
     value = asked.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise OrderError(f"{key}: a number from {low:g} to {high:g} is missing")
+        raise OrderError(f"{key}: give a number from {low:g} to {high:g}")
     return float(value)
 
 

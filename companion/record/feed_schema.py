@@ -21,7 +21,7 @@ from typing import Any
 from companion.core.actuation import ThrusterFeedback
 from companion.core.decision import Event
 from companion.core.estimate import Leader, NavState, TrackedTarget, WaveMotion
-from companion.core.setpoint import Progress
+from companion.core.setpoint import PoseSetpoint, Progress, Setpoint
 from companion.core.tick import Tick
 from companion.record.recorder import tick_columns, tick_row
 
@@ -68,7 +68,7 @@ MORE: Mapping[str, str] = {
     "sigma of its place relative to the boat), relative_by (positions, difference or moving base)",
     "traffic": "vessels around: mmsi, name, lat_deg, lon_deg, course_rad, speed_mps, heading_rad, length_m, age_s",
     "progress": "where the setpoint leads: place, target ([north_m, east_m]), course_rad, distance_to_go_m",
-    "pose": "whether the setpoint is a pose: dynamic positioning",
+    "pose": "whether the boat keeps a place: by dynamic positioning, or, without sideways thrust, near a point",
 }
 """Keys of `more`, with their meaning."""
 
@@ -175,7 +175,7 @@ def more(tick: Tick) -> dict[str, Any]:
         "leader": None if status.leader is None else _leader(status.leader),
         "traffic": [row for target in status.traffic if (row := _target(target, now_s)) is not None],
         "progress": _progress(tick.setpoint.progress),
-        "pose": type(tick.setpoint).__name__ == "PoseSetpoint",
+        "pose": _keeps_a_place(tick.setpoint),
     }
 
 
@@ -262,6 +262,13 @@ def _target(target: TrackedTarget, now_s: float) -> dict[str, Any] | None:
         "length_m": None if known.bow_m is None or known.stern_m is None else known.bow_m + known.stern_m,
         "age_s": now_s - known.t_s,
     }
+
+
+def _keeps_a_place(setpoint: Setpoint) -> bool:
+    """Of a path, too, the progress has a place, but with the error beside it."""
+    progress = setpoint.progress
+    at_a_point = progress.place is not None and progress.cross_track_error_m is None
+    return isinstance(setpoint, PoseSetpoint) or at_a_point
 
 
 def _progress(progress: Progress) -> dict[str, Any]:

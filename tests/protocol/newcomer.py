@@ -37,7 +37,7 @@ ANSWERS: tuple[tuple[str, str], ...] = (
     ("Thrusters", ""),
     ("Motor of each thruster", "T200"),
     ("Voltage at the motor", ""),
-    ("Distance between the two stern thrusters", ""),
+    ("Distance from the port to the starboard thrusters", ""),
     ("What drives the motors", ""),
     ("Satellite receiver", "two"),
     ("Latitude", ""),

@@ -109,10 +109,17 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_thrust(browser, yaw)
         check_ellipses(browser, k)
         check_values(browser)
+        check_sail(browser)
         browser.click("#tabs [data-view=chart]")
         browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
         check_chart(browser)
         check_breach(browser)
+        check_long_name(browser)
+        check_many_waypoints(browser)
+        check_fit(browser)
+        check_traffic(browser)
+        check_old_sense(browser)
+        check_large_forces(browser)
         browser.click("#tabs [data-view=strips]")
         browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
         error = browser.text('[data-strip="Position error"] .head')
@@ -166,6 +173,140 @@ def check_breach(browser: Browser) -> None:
     )
     assert colours[0] != colours[1]
     assert 0.0 < x < width and 0.0 < y < height
+
+
+def check_long_name(browser: Browser) -> None:
+    """A long name makes room for a failsafe, which is read whole, and pushes nothing out of the bar."""
+    name = browser.text("#vessel")
+    browser.run("$('#vessel').textContent = arguments[0]", "Rowing boat with two trolling motors, " * 4)
+    for width in (1280, 900):
+        browser.resize(width, 800)
+        cut, boxes = browser.run(
+            "const f = $('#failsafes'); f.hidden = false;"
+            "f.textContent = 'Failsafe: position lost, battery critical, battery low';"
+            "const b = (s) => { const r = $(s).getBoundingClientRect(); return [r.left, r.right]; };"
+            "return [f.scrollWidth > f.clientWidth || f.scrollHeight > f.clientHeight,"
+            " ['#vessel', '#mode', '#armed', '#failsafes', '#clock', '#age', '#palette'].map(b)]"
+        )
+        assert not cut
+        edges = [edge for box in boxes for edge in box]
+        assert edges == sorted(edges) and edges[-1] <= width, f"{width}: {boxes}"
+    browser.resize(1280, 800)
+    browser.run("$('#vessel').textContent = arguments[0]; usvConsole.redraw()", name)
+
+
+def check_many_waypoints(browser: Browser) -> None:
+    """Of 200 waypoints that lie close together no two numbers cover each other, and the one ahead has its number."""
+    numbers = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "const mission = [...Array(200).keys()].map((i) => ({ number: i + 1, seq: i, north_m: 6 * (i % 10), east_m: 5 * Math.floor(i / 10) }));"
+        "model.boat = { ...kept[0], mission };"
+        "model.tick = { ...kept[1], row: { ...kept[1].row, mode: 'Mission', mission_seq: 87, north_m: 300 } };"
+        "$('#chart-tools [data-do=fit]').click(); usvConsole.redraw();"
+        "const shown = [...document.querySelectorAll('#chart-places [data-item]')].filter((m) => m.lastChild.getClientRects().length);"
+        "const found = shown.map((m) => { const r = m.firstChild.getBoundingClientRect();"
+        " return [Number(m.dataset.item), r.x + r.width / 2, r.y + r.height / 2]; });"
+        "[model.boat, model.tick] = kept; $('#chart-tools [data-do=fit]').click(); return found;"
+    )
+    assert 10 < len(numbers) < 200 and 88 in [number for number, _, _ in numbers]
+    least = min(math.dist(a[1:], b[1:]) for i, a in enumerate(numbers) for b in numbers[:i])
+    assert least >= 19.0, least  # the diameter of a mark
+
+
+def check_fit(browser: Browser) -> None:
+    """Fit shows the berth and the leader, too. Both were out of the picture."""
+    places, (width, height) = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "model.boat = { ...kept[0], berth: { boat: [-70, -80, 0] } };"
+        "const leader = { north_m: 150, east_m: 60, north_mps: 0, east_mps: 0, yaw_rad: 0 };"
+        "model.tick = { ...kept[1], more: { ...kept[1].more, leader } };"
+        "$('#chart-tools [data-do=fit]').click();"
+        "const s = $('#chart').getBoundingClientRect(), found = [[usvConsole.chartPixel(-70, -80), usvConsole.chartPixel(150, 60)], [s.width, s.height]];"
+        "[model.boat, model.tick] = kept; $('#chart-tools [data-do=fit]').click(); return found;"
+    )
+    assert all(0.0 < x < width and 0.0 < y < height for x, y in places), places
+
+
+def check_old_sense(browser: Browser) -> None:
+    """A sense that has been silent is not told as taken."""
+    browser.click("#tabs [data-view=state]")
+    words = browser.run(
+        "const model = usvConsole.model, kept = [model.boat, model.tick];"
+        "model.boat = { ...kept[0], sources: { position: 'gnss', heading: 'imu' } };"
+        "const judged = [['position', 14.2], ['heading', 0.1]].map(([sense, age_s]) => ({ sense, age_s, accepted: true, square: 4, limit: 16 }));"
+        "model.tick = { ...kept[1], more: { ...kept[1].more, judged } }; usvConsole.redraw();"
+        "const found = [...document.querySelectorAll('#s-senses tr')].map((r) => r.lastChild.textContent);"
+        "[model.boat, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert words == ["the last one 14\xa0s ago", "taken, 0.5 of its gate"]
+    rates = browser.run(
+        "const model = usvConsole.model, kept = model.tick; for (const [s, n] of [[0, 0], [9, 99], [18, 198]]) {"
+        " const health = [{ name: 'gnss', ok: true, age_s: null, text: `${n} NMEA sentences` }], row = { ...kept.row, t_s: kept.row.t_s + s };"
+        " model.tick = { ...kept, row, more: { ...kept.more, health } }; usvConsole.redraw(); }"
+        "const found = [...document.querySelectorAll('#s-devices td:nth-child(4)')].map((c) => c.textContent);"
+        "model.tick = kept; usvConsole.redraw(); return found;"
+    )
+    assert rates == [""], "a log has not the words of each moment, of which a rate could be made"
+    browser.click("#tabs [data-view=chart]")
+
+
+def check_traffic(browser: Browser) -> None:
+    """A vessel that sends neither speed nor course has dashes, and no closest approach; its label is not under the
+    buttons. It was shown as if it stood still with its bow north."""
+    labels = browser.run(
+        "const model = usvConsole.model, kept = model.tick, f = kept.more, far = (x, y) => {"
+        " const v = usvConsole.chartView; return [v.centre[0] - (y - v.h / 2) / v.perM, v.centre[1] + (x - v.w / 2) / v.perM]; };"
+        "const tools = $('#chart-tools').getBoundingClientRect(), s = $('#chart').getBoundingClientRect();"
+        "const [n, e] = far(tools.left - s.left + 20, tools.bottom - s.top + 4);"
+        "const home = model.boat.frame ?? model.hello.configuration.home, lat_deg = home.lat_deg + n / 111400,"
+        " lon_deg = home.lon_deg + e / (111400 * Math.cos(home.lat_deg * Math.PI / 180));"
+        "const traffic = [{ mmsi: 1, name: 'A', lat_deg, lon_deg, course_rad: null, speed_mps: null, heading_rad: null, length_m: null, age_s: 1 }];"
+        "model.tick = { ...kept, more: { ...f, traffic } }; usvConsole.redraw();"
+        "const texts = [...document.querySelectorAll('#chart-labels text')].slice(-2);"
+        "const found = texts.map((t) => { const r = t.getBoundingClientRect(); return [t.textContent, r.left < tools.right && r.right > tools.left && r.top < tools.bottom - 2]; });"
+        "model.tick = kept; usvConsole.redraw(); return found;"
+    )
+    assert [text for text, _ in labels] == ["A – –", labels[1][0]]
+    assert labels[1][0].endswith("off, course not known")
+    assert not any(under for _, under in labels), labels
+
+
+def check_large_forces(browser: Browser) -> None:
+    """The forces of a strong boat fit; a sideways force of a boat that has none to give is no full bar."""
+    overfull, share = browser.run(
+        "const model = usvConsole.model, kept = [model.hello, model.tick], c = kept[0].configuration;"
+        "model.hello = { ...kept[0], configuration: { ...c, limits: { surge_n: 2000, sway_n: 0, yaw_nm: 2000 } } };"
+        "const forces = {}; for (const of of ['achieved', 'demanded'])"
+        " Object.assign(forces, { [`${of}_surge_n`]: -1234.5, [`${of}_sway_n`]: 134.2, [`${of}_yaw_nm`]: -1234.5 });"
+        "model.tick = { ...kept[1], row: { ...kept[1].row, ...forces } }; usvConsole.redraw();"
+        "const bars = [...document.querySelectorAll('#values .bar')];"
+        "const found = [bars.map((b) => b.lastChild).filter((v) => v.scrollWidth > v.clientWidth).map((v) => v.textContent),"
+        " Number(bars[1].querySelector('.given').getAttribute('width'))];"
+        "[model.hello, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert not overfull
+    assert share == pytest.approx(100.0 * 134.2 / 2000.0, abs=0.1)
+
+
+def check_sail(browser: Browser) -> None:
+    """Of a sailing rig the page shows sheet and rudder. It showed the square of the sheet as newtons, and sectors around
+    the mast in which the rudder cannot stand."""
+    words, label, sectors, blade, centre, k = browser.run(
+        "const model = usvConsole.model, kept = [model.hello, model.tick], c = kept[0].configuration;"
+        "const rig = { ...c.thrusters[0], name: 'rig', kind: 'sail', x_m: 0, azimuth_min_rad: -0.7, azimuth_max_rad: 0.7,"
+        " sail: { attack_max_rad: null }, rudder: { x_m: -1 } };"
+        "model.hello = { ...kept[0], configuration: { ...c, thrusters: [rig] } };"
+        "const row = { ...kept[1].row, yaw_rad: 0, rig_throttle: 0.5, rig_force_n: 2, rig_azimuth_rad: 0.5 * Math.PI, rig_condition: 'ready' };"
+        "model.tick = { ...kept[1], row, more: { ...kept[1].more, feedback: [null] } }; usvConsole.redraw();"
+        "const bar = document.querySelectorAll('#values .bar')[3], l = $('#dp-blade-0');"
+        "const found = [bar.lastChild.textContent, bar.firstChild.textContent, $('#dp-sectors').children.length,"
+        " [l.x1, l.y1, l.x2, l.y2].map((v) => v.baseVal.value), usvConsole.pixel(row.north_m, row.east_m), usvConsole.dpView.perM];"
+        "[model.hello, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert (words, label, sectors) == ("50\xa0%  90°", "rig: sheet, rudder", 0)
+    x1, y1, x2, y2 = blade
+    assert (x1, y1) == pytest.approx((centre[0], centre[1] + k), abs=0.5)  # a metre astern
+    assert x2 < x1 and y2 == pytest.approx(y1, abs=0.5)  # the blade to port, which pushes the stern to starboard
 
 
 def seek(browser: Browser, t_s: float) -> None:
@@ -242,6 +383,11 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         wait_until(lambda: last(boat)["armed"] == "1" and last(boat)["mode"] == "Hold", "the boat's own log")
         go_to(browser, boat)
         check_live_views(browser)
+        upright = (
+            "return [...document.querySelectorAll('#dial text')].every((t) => Math.abs(t.getScreenCTM().b) < 1e-6)"
+        )
+        assert browser.run(upright)
+        check_anew(browser)
         trim(browser)
         check_operator_control(browser, boat, int(links[0].rpartition(":")[2]))
         check_catamaran(browser)
@@ -251,6 +397,12 @@ def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> N
         boat.process.send_signal(signal.SIGSTOP)
         browser.wait("document.body.classList.contains('stale')", "that silence shows")
         crossed = browser.run("return getComputedStyle($('#mode')).textDecorationLine")
+        browser.click("#tabs [data-view=state]")
+        words = browser.run(
+            "return [...document.querySelectorAll('#s-words li, #s-devices td, #s-arming p')]"
+            ".filter((e) => getComputedStyle(e).textDecorationLine !== 'line-through').map((e) => e.textContent)"
+        )
+        assert not words
         boat.process.send_signal(signal.SIGCONT)
         assert crossed == "line-through"
         browser.wait("!document.body.classList.contains('stale')", "that it lives again")
@@ -295,6 +447,23 @@ def go_to(browser: Browser, boat: Companion) -> None:
     target = browser.wait(far, "the target")
     assert target[1] == pytest.approx(east_m, abs=0.15) and abs(target[0]) < 0.15
     wait_until(lambda: float(last(boat)["desired_east_m"] or 0.0) > 0.02, "that the reference moves")
+
+
+def check_anew(browser: Browser) -> None:
+    """A point that was picked before the boat began anew is forgotten: its metres may count from elsewhere now."""
+    browser.click("#o-pick")
+    browser.run(
+        "const s = $('#dp'), b = s.getBoundingClientRect();"
+        "for (const kind of ['pointerdown', 'pointerup']) s.dispatchEvent(new PointerEvent(kind, "
+        "{ pointerId: 1, clientX: b.x + 200, clientY: b.y + 200, bubbles: true }))"
+    )
+    browser.wait("!$('#o-go').disabled", "the ghost")
+    left = browser.run(
+        "usvConsole.model.hello = { ...usvConsole.model.hello }; usvConsole.redraw(); usvConsole.redraw();"
+        "return [$('#o-go').disabled, $('#dp-ghost-hull').style.display, $('#o-pick').className]"
+    )
+    assert left == [True, "none", ""]
+    browser.wait("$('#modes [data-mode=\"Hold\"]')", "the modes")
 
 
 def trim(browser: Browser) -> None:

@@ -44,6 +44,7 @@ LEAST_BLOCK, MOST_BLOCK = 0.15, 1.0
 _MOST_SLENDER = 30.0  # length over beam, and beam over length
 _LEAST_DRAFT_SHARE, _MOST_DRAFT_SHARE = 0.002, 0.5  # of the length
 _LEAST_SHOWN_M = 0.001
+_SHOWN_IN_CM_M = 0.1  # a deeper draft is told in whole cm, another one in mm
 _MOST_PRISMATIC = 0.65  # of a hull with fine ends
 
 
@@ -178,7 +179,9 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
     if problem := _out_of_scale(found, "draft_m" in numbers):
         return None, [problem]
     if not LEAST_BLOCK <= found.block <= MOST_BLOCK:
-        fits = f"from {_draft(found, MOST_BLOCK):.2f} to {_draft(found, LEAST_BLOCK):.2f} m"
+        least_m, most_m = (_draft(found, block) for block in (MOST_BLOCK, LEAST_BLOCK))
+        steps = 100.0 if most_m > _SHOWN_IN_CM_M else 1000.0  # a metre
+        fits = f"from {math.ceil(steps * least_m) / steps:g} to {math.floor(steps * most_m) / steps:g} m"
         text = f"{mass_kg:g} kg do not float so: with this length and beam the draft is {fits}"
         return None, [(("hull", "draft_m" if "draft_m" in numbers else "mass_kg"), text)]
     return found, []

@@ -5,6 +5,7 @@ import { config, model, more, parameters, row, toGeodetic, toNed } from "./model
 const root = document.getElementById("chart");
 const view = { perM: 0, fitted: true, centre: [0, 0], follow: true, w: 0, h: 0 };
 const SMALLEST = 0.002, LARGEST = 2000, VECTOR_S = 60, WAKE_M = 60, KELVIN = rad(19.47);
+const NUMBER_PX = 22, DOT_PX = 13; // from a waypoint to the nearest one whose number is drawn
 const layer = {};
 for (const name of ["tiles", "graticule", "fence", "corridor", "legs", "path", "trail", "wake", "leader", "ais", "places", "boat", "ghost", "labels"]) layer[name] = svg("g", { id: `chart-${name}` }, root);
 const shape = {
@@ -43,8 +44,11 @@ function fit() {
     const r = zone.radius_m ?? 0;
     for (const [n, e] of zone.points) seen.push([n - r, e - r], [n + r, e + r]);
   }
-  const home = more().home;
+  const { home, leader } = more(), berth = model.boat?.berth;
+  seen.push(...(model.boat?.path ?? []));
+  if (berth) seen.push([berth.boat[0], berth.boat[1]]);
   if (home) seen.push(toNed(home.lat_deg, home.lon_deg));
+  if (leader) seen.push([leader.north_m, leader.east_m]);
   const range = (i) => [Math.min(...seen.map((p) => p[i])), Math.max(...seen.map((p) => p[i]))];
   const [n0, n1] = range(0), [e0, e1] = range(1);
   view.centre = [(n0 + n1) / 2, (e0 + e1) / 2];
@@ -190,18 +194,48 @@ function drawPlan(now) {
     if (zone.radius_m === null) set(element, { points: points(zone.points.map((p) => pixel(...p))) });
     else { const [x, y] = pixel(...zone.points[0]); set(element, { cx: x, cy: y, r: zone.radius_m * view.perM }); }
   });
-  const seq = now.mission_seq, active = ["Mission"].includes(now.mode);
+  drawMarks(now);
+}
+
+/** A waypoint without room for its number is a dot, and none where another one's number stands. */
+function drawMarks(now) {
+  const seq = now.mission_seq, active = now.mode === "Mission", crowd = new Crowd(NUMBER_PX);
+  const isCurrent = (mark) => mark.seq !== undefined && mark.seq === seq && (active || more().mission?.state === "PAUSED");
+  for (const mark of layer.places.children) if (isCurrent(mark)) crowd.add(...pixel(...mark.at()));
   for (const mark of layer.places.children) {
     const place = mark.at();
     mark.style.display = place ? "" : "none";
     if (!place) continue;
     const [x, y] = pixel(...place);
     set(mark, { transform: `translate(${x} ${y})` });
-    if (mark.seq !== undefined) {
-      const current = mark.seq === seq && (active || more().mission?.state === "PAUSED");
-      set(mark.firstChild, { class: `waypoint${current ? " now" : mark.seq < seq && active ? " done" : ""}` });
-      set(mark.lastChild, { class: current ? "t11 now" : "t11" });
-    }
+    if (mark.seq !== undefined) drawWaypoint(mark, isCurrent(mark), active && mark.seq < seq, crowd, x, y);
+  }
+}
+
+function drawWaypoint(mark, current, done, crowd, x, y) {
+  const room = current ? NUMBER_PX : crowd.room(x, y), numbered = room >= NUMBER_PX;
+  if (numbered && !current) crowd.add(x, y);
+  mark.style.display = room < DOT_PX ? "none" : "";
+  set(mark.firstChild, { class: `waypoint${current ? " now" : done ? " done" : ""}`, r: numbered ? 9.5 : 3 });
+  set(mark.lastChild, { class: current ? "t11 now" : "t11" });
+  mark.lastChild.style.display = numbered ? "" : "none";
+}
+
+/** Marks with a number, by squares of `size` pixels: how far a place is from the nearest of them, up to `size`. */
+class Crowd {
+  constructor(size) { this.size = size; this.squares = new Map(); }
+
+  #near(x, y) {
+    const i = Math.floor(x / this.size), j = Math.floor(y / this.size), found = [];
+    for (let a = i - 1; a <= i + 1; a++) for (let b = j - 1; b <= j + 1; b++) found.push(...(this.squares.get(`${a} ${b}`) ?? []));
+    return found;
+  }
+
+  room(x, y) { return Math.min(this.size, ...this.#near(x, y).map(([u, v]) => Math.hypot(u - x, v - y))); }
+
+  add(x, y) {
+    const key = `${Math.floor(x / this.size)} ${Math.floor(y / this.size)}`;
+    this.squares.set(key, [...(this.squares.get(key) ?? []), [x, y]]);
   }
 }
 
@@ -288,7 +322,8 @@ export function approach(now, at, velocity) {
 }
 
 function drawTargets(now) {
-  const seen = new Set(), taken = [];
+  const seen = new Set(), box = root.getBoundingClientRect(), tools = document.getElementById("chart-tools").getBoundingClientRect();
+  const taken = [[tools.left - box.left, tools.top - box.top, tools.right - box.left, tools.bottom - box.top]];
   for (const mark of layer.places.children) {
     const place = mark.at();
     if (!place) continue;
@@ -307,8 +342,9 @@ function drawTargets(now) {
     set(line, { x1: x, y1: y, x2: u, y2: v });
     set(mark, { points: symbol(x, y, target.heading_rad ?? course, 8) });
     const [t, far] = approach(now, at, velocity);
-    say(name, view.w < 520 ? target.name : `${target.name} ${number(speed, 1, "m/s")} ${bearing(course, 0)}`);
-    say(close, t > 0 ? `CPA ${number(far, 0, "m")} in ${number(t / 60, 1, "min")}` : `${number(far, 0, "m")} off, opening`);
+    say(name, view.w < 520 ? target.name : `${target.name} ${number(target.speed_mps, 1, "m/s")} ${bearing(target.course_rad, 0)}`);
+    const known = target.speed_mps !== null && (target.course_rad !== null || speed === 0);
+    say(close, !known ? `${number(Math.hypot(at[0] - now.north_m, at[1] - now.east_m), 0, "m")} off, course not known` : t > 0 ? `CPA ${number(far, 0, "m")} in ${number(t / 60, 1, "min")}` : `${number(far, 0, "m")} off, opening`);
     const [dx, dy] = free(x, y, 6.6 * Math.max(name.textContent.length, close.textContent.length), taken);
     set(name, { x: x + dx, y: y + dy });
     set(close, { x: x + dx, y: y + dy + 14 });

@@ -216,6 +216,7 @@ function makePods(boat) {
   part.sectors.replaceChildren();
   pods = boat.thrusters.map((thruster, i) => ({
     thruster,
+    blade: thruster.sail ? line(part.thrusters, "blade", `dp-blade-${i}`) : null,
     sectors: forbidden(thruster).map(() => svg("path", { class: "forbidden" }, part.sectors)),
     line: line(part.thrusters, "thrust", `dp-thrust-${i}`), head: svg("polygon", { class: "thrust-head" }, part.thrusters),
     mline: line(part.thrusters, "measured", `dp-measured-${i}`), mhead: svg("polygon", { class: "measured-head" }, part.thrusters),
@@ -225,6 +226,7 @@ function makePods(boat) {
 
 /** Sectors in which a thruster must not push: [from, to] in radians from the bow, clockwise. */
 function forbidden(thruster) {
+  if (thruster.sail) return [];
   const found = [...thruster.forbidden_rad];
   const { azimuth_min_rad: low, azimuth_max_rad: high } = thruster;
   if (thruster.kind !== "fixed" && low !== null && high !== null && high - low < 2 * Math.PI) found.push([high, low + 2 * Math.PI]);
@@ -233,17 +235,18 @@ function forbidden(thruster) {
 
 /** Pixels a newton: the strongest thruster's full thrust is about as long as the hull, within reason. */
 export function perNewton(boat) {
-  const most = Math.max(...boat.thrusters.map((t) => Math.max(t.max_n, -t.min_n)));
+  const most = Math.max(...boat.thrusters.filter((t) => !t.sail).map((t) => Math.max(t.max_n, -t.min_n)), 1e-3);
   return Math.min(170, Math.max(80, 0.9 * boat.length_m * view.perM)) / most;
 }
 
 function drawThrusters(now, boat) {
   const k = perNewton(boat);
   set(part.thrusters, { "data-px-per-n": k });
-  pods.forEach(({ thruster, sectors, line: l, head, mline, mhead, pod }, i) => {
+  pods.forEach(({ thruster, sectors, blade, line: l, head, mline, mhead, pod }, i) => {
     const [x, y] = pixel(...fromBody([thruster.x_m, thruster.y_m], now.north_m, now.east_m, now.yaw_rad));
     const condition = now[`${thruster.name}_condition`];
     set(pod, { cx: x, cy: y, class: condition === "failed" ? "pod failed" : "pod" });
+    if (blade) { drawBlade(blade, thruster, more().feedback?.[i]?.azimuth_rad ?? now[`${thruster.name}_azimuth_rad`] ?? 0, now, boat); return; }
     const towards = (azimuth) => now.yaw_rad + (azimuth ?? thruster.azimuth_rad) + view.turn;
     const force = now[`${thruster.name}_force_n`] ?? 0, angle = towards(now[`${thruster.name}_azimuth_rad`]);
     arrow(l, head, x, y, k * force * Math.sin(angle), -k * force * Math.cos(angle), 10);
@@ -254,6 +257,13 @@ function drawThrusters(now, boat) {
     const size = Math.min(60, Math.max(22, 0.28 * boat.length_m * view.perM));
     forbidden(thruster).forEach(([from, to], n) => set(sectors[n], { d: pie(x, y, size, towards(from), towards(to)) }));
   });
+}
+
+/** The rudder of a sailing rig, whose pull nothing measures: the blade points away from where it pushes the stern. */
+function drawBlade(blade, { rudder }, angle, now, boat) {
+  const place = ([x, y]) => pixel(...fromBody([x, y], now.north_m, now.east_m, now.yaw_rad)), long = 0.12 * boat.length_m;
+  const [x1, y1] = place([rudder.x_m, 0]), [x2, y2] = place([rudder.x_m - long * Math.cos(angle), -long * Math.sin(angle)]);
+  set(blade, { x1, y1, x2, y2 });
 }
 
 function pie(x, y, r, from, to) {

@@ -8,7 +8,7 @@ const panel = document.getElementById("orders");
 const said = html("p", { id: "said", role: "status" });
 const TRIMS = [["DP_BW_SURGE", "Bandwidth surge", "rad/s"], ["DP_BW_SWAY", "Bandwidth sway", "rad/s"], ["DP_BW_YAW", "Bandwidth yaw", "rad/s"], ["WP_SPEED", "Mission speed", "m/s"]];
 const STEPS = [0.1, 0.5, 1, 2];
-let made = false, picking = false, ghost = null, station = null, dialled = null, step = 0.5;
+let made = false, known = null, picking = false, ghost = null, station = null, dialled = null, step = 0.5;
 const element = {};
 
 /** Send an order; shows the boat's answer. */
@@ -89,7 +89,7 @@ function dial() {
   for (let d = 0; d < 360; d += 30) {
     const g = svg("g", { transform: `rotate(${d})` }, drawing);
     svg("line", { class: "ring", y1: -58, y2: -52 }, g);
-    if (d % 90 === 0) svg("text", { "text-anchor": "middle", y: -62, class: "faint" }, g, "NESW"[d / 90]);
+    if (d % 90 === 0) svg("text", { "text-anchor": "middle", y: 4, class: "faint", transform: `translate(0 -66) rotate(${-d})` }, g, "NESW"[d / 90]);
   }
   element.present = svg("polygon", { class: "hull", points: "0,-50 5,-38 -5,-38" }, drawing);
   element.needle = svg("polygon", { class: "ghost", points: "0,-56 9,-30 0,-36 -9,-30" }, drawing);
@@ -162,9 +162,20 @@ function trialWords({ identifying, proposal, in_force }) {
   return proposal ? `${proposal} waits to be accepted. ${counts} Accept disarmed or in Hold, then reboot disarmed.` : `No result waits: mode Trial sails one. ${counts}`;
 }
 
+/** A boat that has begun anew may count its metres from elsewhere: what was picked before would lie at another place. */
+function meet() {
+  known = model.hello;
+  if (picking) togglePick();
+  clearGhost();
+  station = null;
+  element.station.disabled = true;
+  element.modes.replaceChildren();
+}
+
 export function draw() {
   if (!model.hello?.console.control || !row()) return;
   if (!made) make();
+  if (known !== model.hello) meet();
   const now = row(), modes = (model.hello.modes ?? []).filter((mode) => mode.offered);
   if (element.modes.children.length !== modes.length) {
     element.modes.replaceChildren(...modes.map(({ name, text }) => button(name, () => order({ order: "mode", mode: name }, name), { "data-mode": name, title: text })));

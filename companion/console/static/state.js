@@ -3,6 +3,7 @@ import { html, number } from "./draw.js";
 import { model, more, row } from "./model.js";
 
 const panel = document.getElementById("state");
+const OLD_S = 2; // since a sense was judged
 const LEVEL = { EMERGENCY: 0, ALERT: 1, CRITICAL: 2, ERROR: 3, WARNING: 4, NOTICE: 5, INFO: 6, DEBUG: 7 };
 export const tone = (severity) => (LEVEL[severity] <= 3 ? "bad" : LEVEL[severity] === 4 ? "warn" : "");
 /** What lasts, for the bar. A fence that was left stays there in words for as long as the boat is outside. */
@@ -95,12 +96,13 @@ function control(boat, m) {
 }
 
 function drawSenses(boat, m) {
-  const facts = [boat.sources, m.distrusted, (m.judged ?? []).map((j) => [j.sense, j.accepted, Math.sqrt(Math.max(0, j.square) / j.limit).toFixed(1)])];
+  const facts = [boat.sources, m.distrusted, (m.judged ?? []).map((j) => [j.sense, j.accepted, Math.sqrt(Math.max(0, j.square) / j.limit).toFixed(1), j.age_s > OLD_S ? Math.round(j.age_s) : 0])];
   put("senses", () => {
     const used = Object.entries(boat.sources ?? {}).map(([sense, source]) => {
       const last = (m.judged ?? []).find((j) => j.sense === sense);
-      const verdict = !last ? "" : last.accepted ? `taken, ${number(Math.sqrt(Math.max(0, last.square) / last.limit), 1)} of its gate` : "rejected by its gate";
-      return html("tr", {}, html("th", {}, sense), html("td", { class: source ? "" : "small" }, source ?? "none"), html("td", { class: last && !last.accepted ? "bad" : "small" }, verdict));
+      const old = last && last.age_s > OLD_S;
+      const verdict = !last ? "" : old ? `the last one ${number(last.age_s, 0, "s")} ago` : last.accepted ? `taken, ${number(Math.sqrt(Math.max(0, last.square) / last.limit), 1)} of its gate` : "rejected by its gate";
+      return html("tr", {}, html("th", {}, sense), html("td", { class: source ? "" : "small" }, source ?? "none"), html("td", { class: last && (old || !last.accepted) ? "bad" : "small" }, verdict));
     });
     const lies = (m.distrusted ?? []).map((d) => html("li", { class: "bad" }, `✕ ${d.source} (${d.sense}): ${d.fault}${d.excluded ? "; not used" : ""}${d.asks ? "; asks whether to believe it" : ""}`));
     return [html("table", {}, ...used), html("ul", {}, ...(lies.length ? lies : [html("li", { class: "small" }, m.distrusted ? "None is found to lie." : "Not in a log.")]))];
@@ -114,6 +116,7 @@ function drawSenses(boat, m) {
 
 const seen = new Map(); // name → [count, when, rate]
 function rate(device) {
+  if (model.recording) return ""; // a log has their words once a minute
   const count = Number(/(\d+) (?:\S+ )?(?:sentences|messages|frames)/.exec(device.text)?.[1]);
   if (!Number.isFinite(count)) return "";
   const [before, when, known] = seen.get(device.name) ?? [count, row().t_s, null];

@@ -19,7 +19,7 @@ function pairs(title, rows) {
 function make(boat) {
   cell = {};
   bars = ["Surge", "Sway", "Yaw"].map((name) => bar(name));
-  pods = boat.thrusters.map((thruster) => bar(thruster.name.replaceAll("_", " "), "measured-fill", "asked-thrust"));
+  pods = boat.thrusters.map((thruster) => bar(labelOf(thruster), "measured-fill", "asked-thrust"));
   const stack = (title, list, note) => html("section", { class: "card" }, html("h2", {}, title), ...list.map((one) => one.element), note ? html("div", { class: "small" }, note) : null);
   polar = html("div", { id: "polar" });
   panel.replaceChildren(
@@ -32,6 +32,11 @@ function make(boat) {
     pairs("Position", [["lat", "Latitude"], ["lon", "Longitude"], ["sigma", "One sigma"], ["fix", "Fix"], ["age", "Age of position / heading"]]),
     pairs("Power", [["charge", "Battery left"], ["volts", "Voltage / current"]]),
   );
+}
+
+function labelOf({ name, sail }) {
+  const plain = name.replaceAll("_", " ");
+  return sail ? `${plain}: ${sail.attack_max_rad === null ? "sheet" : "wing"}, rudder` : plain;
 }
 
 function bar(name, filled = "given", outlined = "asked") {
@@ -105,19 +110,31 @@ function swing() {
 function drawWrench(now, boat) {
   const axes = [["surge_n", "N"], ["sway_n", "N"], ["yaw_nm", "Nm"]];
   axes.forEach(([name, unit], i) => {
-    const given = now[`achieved_${name}`], asked = now[`demanded_${name}`];
-    setBar(bars[i], given, asked, boat.limits[name], `${number(given, 1)} / ${number(asked, 1, unit)}`);
+    const given = now[`achieved_${name}`], asked = now[`demanded_${name}`], most = boat.limits[name] || boat.limits.surge_n;
+    const digits = Math.max(Math.abs(given), Math.abs(asked)) < 100 ? 1 : 0;
+    setBar(bars[i], given, asked, most, `${number(given, digits)} / ${number(asked, digits, unit)}`);
     bars[i].value.classList.toggle("warn", Boolean(more().limited?.[i]));
   });
-  boat.thrusters.forEach((thruster, i) => {
-    const report = more().feedback?.[i], asked = now[`${thruster.name}_force_n`];
-    const real = report && report.throttle !== null ? curve(thruster, report.throttle) : null;
-    const azimuth = now[`${thruster.name}_azimuth_rad`];
-    const condition = now[`${thruster.name}_condition`];
-    const words = condition && condition !== "ready" ? condition : `${number(asked, 1, "N")}${azimuth === null ? "" : `  ${number(deg(azimuth), 0, "°")}`}`;
-    setBar(pods[i], real, asked, Math.max(thruster.max_n, -thruster.min_n), words);
-    pods[i].value.classList.toggle("bad", condition === "failed");
-  });
+  boat.thrusters.forEach((thruster, i) => (thruster.sail ? drawRig : drawThruster)(now, thruster, i));
+}
+
+/** Of a sailing rig the throttle is the sheet, or a wing's angle as a share of its largest; nothing measures its pull. */
+function drawRig(now, { name }, i) {
+  const asked = now[`${name}_throttle`], real = more().feedback?.[i]?.throttle ?? null, condition = now[`${name}_condition`];
+  const share = asked === null || asked === undefined ? null : 100 * asked;
+  const words = `${number(share, 0, "%")}  ${number(deg(now[`${name}_azimuth_rad`] ?? NaN), 0, "°")}`;
+  setBar(pods[i], real, asked, 1, condition && condition !== "ready" ? condition : words);
+  pods[i].value.classList.toggle("bad", condition === "failed");
+}
+
+function drawThruster(now, thruster, i) {
+  const report = more().feedback?.[i], asked = now[`${thruster.name}_force_n`];
+  const real = report && report.throttle !== null ? curve(thruster, report.throttle) : null;
+  const azimuth = now[`${thruster.name}_azimuth_rad`];
+  const condition = now[`${thruster.name}_condition`];
+  const words = condition && condition !== "ready" ? condition : `${number(asked, 1, "N")}${azimuth === null ? "" : `  ${number(deg(azimuth), 0, "°")}`}`;
+  setBar(pods[i], real, asked, Math.max(thruster.max_n, -thruster.min_n), words);
+  pods[i].value.classList.toggle("bad", condition === "failed");
 }
 
 function drawPlace(now) {

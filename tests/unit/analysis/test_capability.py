@@ -46,6 +46,15 @@ def test_a_light_breeze_on_a_small_area_is_always_held() -> None:
     assert capability(small, directions=3).wind_mps == (MOST_MPS,) * 3
 
 
+def test_a_boat_without_sideways_thrust_holds_against_none_from_the_side(capsys: pytest.CaptureFixture[str]) -> None:
+    """It was said to hold against 2 m/s from every direction, which the solver's tolerance alone gave."""
+    ahead, *aside, astern = capability(load_vessel("blueboat"), directions=4).wind_mps[:3]
+    assert ahead > 10.0 and aside == [0.0] and astern > 10.0
+    assert main(["capability", "blueboat"]) == 0
+    said = capsys.readouterr().out
+    assert "wind held: 0.0 m/s from every direction" in said and "it turns its bow to the wind" in said
+
+
 def test_what_cannot_be_asked() -> None:
     for vessel, lost, said in (
         (REVOLT, ("keel",), "no thruster named keel"),

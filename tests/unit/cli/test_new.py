@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -98,9 +99,35 @@ def test_a_file_that_exists_is_never_overwritten(tmp_path: Path) -> None:
 
 
 def test_a_largest_thrust_does_instead_of_a_motor(tmp_path: Path) -> None:
-    file = tmp_path / "boat.toml"
-    assert main(["new", str(file), "--yes", *CATAMARAN[:-4], "--motor", "80"]) == 0
-    assert load(file).thrusters[0].max_n == 80.0
+    for number, text in enumerate(("80", "80 N", "80,0N")):
+        file = tmp_path / f"boat{number}.toml"
+        assert main(["new", str(file), "--yes", *CATAMARAN[:-4], "--motor", text]) == 0
+        assert load(file).thrusters[0].max_n == 80.0
+
+
+def test_a_thrust_in_another_unit_is_refused_where_it_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / "boat.toml"), "--yes", *CATAMARAN[:-4], "--motor", "8 kg"]) == 2
+    assert "'8 kg': no motor" in capsys.readouterr().err
+
+
+def test_who_is_asked_answers_again_where_the_boat_does_not_float(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended, and all answers were gone; the draft that it named did not float either."""
+    said = ["", "", "monohull", "4 m", "1.5", "180", "0.2", "", "", "100 N", "", "", "two", "0", "-3"]
+    again = ["", "", "", "", "", "", "0.19", "", "", "", "", "", "", "", "", "y"]
+    answers = iter([*said, *again])
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    monkeypatch.setattr("builtins.input", lambda *_: next(answers))
+    file = tmp_path / "launch.toml"
+    assert main(["new", str(file)]) == 0 and next(answers, None) is None
+    shown = capsys.readouterr().out
+    assert "180 kg do not float so: with this length and beam the draft is from" in shown and "to 0.19 m" in shown
+    boat = load(file)
+    assert boat.name == "launch" and boat.home.lat_deg == 0.0 and boat.thrusters[0].max_n == 100.0
+    assert boat.hull.draft_m == 0.19 and boat.sensors[0].antennas == 2
 
 
 @pytest.mark.parametrize("name", bundled())
@@ -137,3 +164,21 @@ def test_numbers_may_have_a_decimal_comma_and_their_unit(tmp_path: Path, capsys:
     assert "0.35 m to port" in said and "m astern" in said and "to -" not in said
     assert main(["new", str(tmp_path / "other.toml"), "--yes", *CATAMARAN, "--beam", "wide"]) == 2
     assert "a number, such as 1.2" in capsys.readouterr().err
+
+
+def test_ctrl_d_in_place_of_an_answer_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It left a traceback."""
+    for said in ([], ["", "", "barge", "3", "1", "300", "", "", "", "80", "", "", "", "", ""]):
+        answers = iter(said)
+        monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+        monkeypatch.setattr("builtins.input", lambda *_, answers=answers: _next_or_end(answers))
+        assert main(["new", str(tmp_path / "raft.toml")]) == 2 and next(answers, None) is None
+        assert capsys.readouterr().err == "companion: new: the answers ended; nothing was written\n"
+
+
+def _next_or_end(answers: Iterator[str]) -> str:
+    for answer in answers:
+        return answer
+    raise EOFError

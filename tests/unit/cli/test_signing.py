@@ -62,3 +62,16 @@ def test_nothing_is_changed_by_mistakes(
     assert "in use by another companion" in capsys.readouterr().err
     running.close()
     assert not (tmp_path / FILE).exists()
+
+
+def test_ctrl_d_in_place_of_a_passphrase_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def ended(prompt: str) -> str:
+        raise EOFError
+
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    monkeypatch.setattr("getpass.getpass", ended)
+    assert main(["signing", "set", "revolt", f"--state={tmp_path}"]) == 2
+    assert capsys.readouterr().err == "companion: no passphrase; nothing was changed\n"
+    assert not (tmp_path / FILE).exists()

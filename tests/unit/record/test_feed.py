@@ -11,7 +11,9 @@ from typing import Any
 
 import pytest
 
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import Event, TextKind
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, PoseSetpoint, Progress, WrenchSetpoint
 from companion.record.feed import SOCKET, Feed, address_of
 from companion.record.feed_schema import MORE, TickEncoder, finite, more
 from companion.record.recorder import tick_columns, tick_row
@@ -91,6 +93,19 @@ def test_a_tick_has_the_columns_and_the_values_of_the_log(boat: Boat) -> None:
 
 def test_more_is_what_the_schema_describes() -> None:
     assert set(more(tick(1.0))) == set(MORE)
+
+
+def test_a_boat_without_sideways_thrust_keeps_a_place_in_hold_and_none_on_a_path() -> None:
+    """A console showed neither the point that such a boat holds nor how far off it is."""
+    here = Progress(place=Point(1.0, 2.0), target=Point(1.0, 2.0), distance_to_go_m=0.5)
+    for setpoint, keeps in (
+        (PoseSetpoint(1.0, 2.0, 0.0), True),
+        (PathSetpoint(0.0, progress=here, keeps_place=True), True),
+        (WrenchSetpoint(ZERO_WRENCH, here), True),
+        (PathSetpoint(0.0, progress=replace(here, cross_track_error_m=0.1)), False),
+        (NeutralSetpoint(), False),
+    ):
+        assert more(replace(tick(0.1), setpoint=setpoint))["pose"] is keeps
 
 
 def test_a_value_that_is_not_finite_is_none() -> None:

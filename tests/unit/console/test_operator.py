@@ -1,0 +1,79 @@
+"""The console as a ground station: the answer to an order has the boat's reason."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.console.operator import Answer, OperatorLink
+from companion.console.orders import CommandOrder
+
+_DENIED = 2
+_LONG = "Dock refused: no berth: add a [dock] table or NAV_LAND item"
+
+
+class Boat:
+    """A boat on TCP that denies every command, after the texts given for it: of each, its pieces."""
+
+    def __init__(self, texts: Sequence[Sequence[str]]) -> None:
+        self._texts = list(texts)
+        self._out = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+        self._in = mavlink.MAVLink(None)
+        self.left = asyncio.Event()
+
+    async def meet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        while data := await reader.read(4096):
+            for message in self._in.parse_buffer(data) or ():
+                if message.get_type() == "COMMAND_LONG":
+                    for packet in self._answer(message.command):
+                        writer.write(bytes(packet.pack(self._out)))
+        writer.close()
+        await writer.wait_closed()
+        self.left.set()
+
+    def _answer(self, command: int) -> list[mavlink.MAVLink_message]:
+        pieces = self._texts.pop(0)
+        number = 7 + len(self._texts) if len(pieces) > 1 else 0
+        texts = [mavlink.MAVLink_statustext_message(3, piece.encode(), number, i) for i, piece in enumerate(pieces)]
+        return [mavlink.MAVLink_command_ack_message(command, _DENIED), *texts]
+
+
+def answers(texts: Sequence[Sequence[str]], *orders: CommandOrder) -> list[Answer]:
+    """What becomes of orders, one after the other."""
+
+    async def all_of_them() -> list[Answer]:
+        boat = Boat(texts)
+        server = await asyncio.start_server(boat.meet, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        link = OperatorLink(lambda: f"tcpout:127.0.0.1:{port}", lambda: True, lambda: 1)
+        found = [await link.carry_out(order) for order in orders]
+        link.close()
+        await boat.left.wait()
+        server.close()
+        await server.wait_closed()
+        return found
+
+    return asyncio.run(all_of_them())
+
+
+def test_a_reason_that_came_in_pieces_is_whole() -> None:
+    """It was shown as "NAV_; LAND item"."""
+    (answer,) = answers([(_LONG[:50], _LONG[50:])], CommandOrder(176, (1.0, 6.0)))
+    assert answer == Answer(False, _LONG)
+
+
+def test_a_refusal_has_its_reason_each_time() -> None:
+    """The boat says it once in 30 s; the page showed "denied" from the second time on."""
+    ahead, aside = CommandOrder(31010, (1.0, 0.5, 0.0, 0.0)), CommandOrder(31010, (1.0, 0.0, 0.5, 0.0))
+    dock = CommandOrder(176, (1.0, 6.0))
+    reason = "Nudge refused: this boat has no sideways thrust"
+    found = answers([(reason,), (), (), ("Nudge refused: arm first",), ()], ahead, aside, dock, ahead, ahead)
+    assert [one.text for one in found] == [
+        reason,
+        reason,
+        "denied",  # another order, of which nothing is known
+        "Nudge refused: arm first",
+        "denied",  # one of two reasons
+    ]
