@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 from companion.allocation.astern import braking_mps2
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
-from companion.control.stick_governor import StickGovernor
+from companion.control.stick_governor import StickGovernor, StickLimit
 from companion.core.decision import FenceState, Home, ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -27,7 +27,7 @@ from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint, bra
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
-from companion.fence.limit import SIGMAS, SpeedLimit, fitted_speed_mps, speed_limit, speed_to_stop_in
+from companion.fence.limit import SIGMAS, SpeedLimit, closing_limits, fitted_speed_mps, speed_limit, speed_to_stop_in
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
 from companion.fence.sight import Sight
 from companion.guidance.coasting import Coasting
@@ -60,6 +60,11 @@ class SteeredMode(Protocol):
     @property
     def by_stick(self) -> bool:
         """Whether the operator's sticks steer."""
+        ...
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether what steers the boat knows of no fence: sticks, or velocities from elsewhere."""
         ...
 
     @property
@@ -404,13 +409,13 @@ class FenceGuard:
             self._events.say(now_s, TextKind.ALARM, "fence_breached", "Outside the fence")
 
     def _ahead(self, areas: FenceAreas, nav: NavState, mode: SteeredMode) -> str | None:
-        """The warning where the operator steers the boat out of the fence; None where that is not so.
+        """The warning where the boat is steered out of the fence; None where that is not so.
 
-        It comes while the boat can still stop inside. In Heading and Rate, which slow down by themselves, it comes when
-        the boat has reached the line. However slowly a boat drifts, it comes when the hull may touch the line. Armed
-        only: the mode in which a boat drifted disarmed is not the one that is armed.
+        It comes while the boat can still stop inside. In Heading, Rate and Offboard, which slow down by themselves, it
+        comes when the boat has reached the line. However slowly a boat drifts, it comes when the hull may touch the
+        line. Armed only: the mode in which a boat drifted disarmed is not the one that is armed.
         """
-        if not mode.by_stick and self.cause is None:
+        if not mode.unplanned and self.cause is None:
             return None
         speed = math.hypot(nav.north_mps, nav.east_mps)
         edge = areas.keeping.margin(nav.north_m, nav.east_m)
@@ -478,7 +483,7 @@ class FenceGuard:
         self, setpoint: Setpoint, mode: SteeredMode, nav: NavState, cruise_mps: float, now_s: float
     ) -> Setpoint:
         """The setpoint, limited so that the boat stops inside the fence: the speed of a path setpoint, the force of a
-        heading setpoint. Others are returned unchanged. A boat steered by stick stops where the mode that the
+        heading setpoint. Others are returned unchanged. A boat steered without a plan stops where the mode that the
         failsafe enters at the line still has room; any other without sideways thrust keeps steerage way."""
         areas = self.areas()
         seen = self._sight.sees(nav, mode.needs_position)
@@ -486,14 +491,17 @@ class FenceGuard:
             self._slowed = False
             return setpoint
         demand = _demand(setpoint, nav)
-        if mode.by_stick:
+        if mode.unplanned:
             areas = replace(areas, stopping=areas.keeping)
         limit = speed_limit(areas, nav, demand, self._parameters)
-        if self._config.limits.sway_n <= 0.0 and not mode.by_stick:
+        if self._config.limits.sway_n <= 0.0 and not mode.unplanned:
             limit = replace(limit, speed_mps=max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps))
         if isinstance(setpoint, HeadingSetpoint):
+            limits = [limit]
+            if self._config.limits.sway_n > 0.0:
+                limits += closing_limits(areas, nav, demand, limit.way, self._parameters)
             result: HeadingSetpoint | PathSetpoint = self._governor.limited(
-                setpoint, nav, limit.way, limit.speed_mps, limit.braking_mps2, now_s
+                setpoint, nav, [StickLimit(one.way, one.speed_mps, one.braking_mps2) for one in limits], now_s
             )
         else:
             result = _slower(setpoint, limit)

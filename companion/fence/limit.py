@@ -16,6 +16,7 @@ _CREEP_MPS = 0.05  # allowed up to the edge of the stopping area, however inaccu
 _CREEP_LAGS = 4.0  # time constant of the way to that edge, in delays of the speed: from 4 on none is overshot
 _SLOW_MPS = 0.1  # below it the course over ground is uncertain, and the demand tells where the boat will go
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
+_ASIDE_COS = 0.7  # of the angle between the course and the way to the nearest line: beyond it both count
 SIGMAS = 2.0
 """Of the position, that are kept to spare."""
 
@@ -54,15 +55,10 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
         return NO_LIMIT
     reserve_m = SIGMAS * nav.position_accuracy_m
     edge = areas.stopping.margin(nav.north_m, nav.east_m)
-    deceleration, lag = parameters["PATH_ACC"], _LAG / parameters["PATH_BW_SURGE"]
-    creep = min(_CREEP_MPS, max(0.0, edge.distance_m) / (_CREEP_LAGS * lag))
     if edge.distance_m > reserve_m:
-        way_m = areas.stopping.way_to_line_m(nav.north_m, nav.east_m, *way) - reserve_m
-        limit = speed_to_stop_in(way_m, deceleration, lag)
-        if limit > creep:
-            braking = deceleration * limit / (deceleration * lag + limit) if math.isfinite(limit) else 0.0
-            return SpeedLimit(limit, braking, way)
-        return SpeedLimit(creep, way=way)
+        way_m = areas.stopping.way_to_line_m(nav.north_m, nav.east_m, *way)
+        return _stopping(way_m - reserve_m, way, edge.distance_m, parameters)
+    creep = _creep_mps(edge.distance_m, parameters)
     near = areas.fence.margin(nav.north_m, nav.east_m)
     if near.distance_m <= 0.0:
         inwards = (demand[0] * near.north + demand[1] * near.east) > 0.0 or math.hypot(*demand) == 0.0
@@ -71,6 +67,45 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     if closing <= 0.0:
         return NO_LIMIT
     return SpeedLimit(creep / closing, way=way)
+
+
+def closing_limits(
+    areas: FenceAreas,
+    nav: NavState,
+    demand: tuple[float, float],
+    way: tuple[float, float],
+    parameters: Parameters,
+) -> list[SpeedLimit]:
+    """The limit towards the nearest line, where a boat goes along it on `way` while its demand pushes it aside, out: a
+    light boat turns its course within a moment. None in other cases."""
+    edge = areas.stopping.margin(nav.north_m, nav.east_m)
+    out = edge if edge.distance_m > 0.0 else areas.fence.margin(nav.north_m, nav.east_m)
+    outwards = demand[0] * out.north + demand[1] * out.east > 0.0
+    if not outwards or way[0] * out.north + way[1] * out.east > _ASIDE_COS:
+        return []
+    return [
+        _stopping(
+            edge.distance_m - SIGMAS * nav.position_accuracy_m, (out.north, out.east), edge.distance_m, parameters
+        )
+    ]
+
+
+def _stopping(way_m: float, way: tuple[float, float], edge_m: float, parameters: Parameters) -> SpeedLimit:
+    """From which the boat stops within `way_m` along `way`; no less than it may creep, `edge_m` from the edge."""
+    deceleration, lag = parameters["PATH_ACC"], _lag_s(parameters)
+    limit, creep = speed_to_stop_in(way_m, deceleration, lag), _creep_mps(edge_m, parameters)
+    if limit <= creep:
+        return SpeedLimit(creep, way=way)
+    braking = deceleration * limit / (deceleration * lag + limit) if math.isfinite(limit) else 0.0
+    return SpeedLimit(limit, braking, way)
+
+
+def _lag_s(parameters: Parameters) -> float:
+    return _LAG / parameters["PATH_BW_SURGE"]
+
+
+def _creep_mps(edge_m: float, parameters: Parameters) -> float:
+    return min(_CREEP_MPS, max(0.0, edge_m) / (_CREEP_LAGS * _lag_s(parameters)))
 
 
 def direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:

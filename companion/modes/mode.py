@@ -51,8 +51,13 @@ class Mode(ABC):
         return self.declaration.by_stick
 
     @property
+    def unplanned(self) -> bool:
+        """Whether what steers the boat now knows of no fence, so that it may lead the boat out."""
+        return self.by_stick
+
+    @property
     def slows(self) -> bool:
-        """Whether the operator's sticks are slowed down ahead of the fence while the heading is known."""
+        """Whether a boat steered without a plan is slowed down ahead of the fence while the heading is known."""
         return self.declaration.slows
 
     @property

@@ -44,6 +44,7 @@ class OffboardMode(Mode):
         px4=0x00060000,
         rover=15,  # GUIDED
         advanced=True,
+        slows=True,
         has_plan=False,
         failsafe=LossFailsafe(
             "offboard_lost", TextKind.ALARM, "OFFB_LOSS_ACT", "Offboard setpoints are back", prefix="Offboard: "
@@ -129,6 +130,11 @@ class OffboardMode(Mode):
         return "no setpoint yet: stream first" if self._target is None else f"no setpoint for {age_s:.1f} s"
 
     # --- the mode --------------------------------------------------------------------------------------------------
+
+    @property
+    def unplanned(self) -> bool:
+        """Velocities of a boat that keeps no place by them: without way it drifts."""
+        return self._by_motion and not self._can_sway
 
     def check(self, inputs: ModeInputs) -> str | None:
         """Refuse unless valid setpoints arrive."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import VesselConfig
-from companion.control.stick_governor import StickGovernor
+from companion.control.stick_governor import StickGovernor, StickLimit
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
@@ -37,6 +37,7 @@ from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
 from companion.fence.limit import direction
+from companion.guidance.stopping import stopping_point
 from companion.obstacles.braking import Braking, stream_along_mps
 from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.clear_way import clear_way_m, reach_m, stop_m
@@ -61,6 +62,7 @@ _SLOWED_SHARE = 0.8
 _TOO_FAST_MPS = 0.2  # above the limit: a boat with a rudder brakes before it steers
 _CARRIED_MPS = 0.8  # a boat in Hold that is no faster is carried, more than it goes
 _HALTS_S = 2.0  # stopped, before it holds there
+_STOPS_SPARE_M = 0.3  # of the least distance, for the stop of a reference
 _STANDS_S = 5.0  # at rest on a free way: what it bends round lies too near ahead of the boat
 _CRAMPED_S = 5.0  # of too little room in the watch circle: what only passes through it moves no hold point
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
@@ -368,9 +370,9 @@ class ObstacleGuard:
         limit = self._limit_mps(nav, along)
         size = math.hypot(*demand)
         if isinstance(setpoint, HeadingSetpoint):
-            return self._governor.limited(setpoint, nav, along, limit, 0.0, inputs.now_s)
+            return self._governor.limited(setpoint, nav, [StickLimit(along, limit)], inputs.now_s)
         if isinstance(setpoint, PoseSetpoint):
-            return self._posed(setpoint, nav, limit, inputs)
+            return self._posed(setpoint, nav, along, inputs)
         slowed = self._is_slowed(limit < _SLOWED_SHARE * size, inputs.now_s)
         self._mind_stop(slowed and limit < _STOPPED_MPS, inputs.now_s)
         if slowed or self._since_s is not None:
@@ -441,11 +443,13 @@ class ObstacleGuard:
 
     def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
         """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
-        stream = stream_along_mps(nav, *along)
+        return self._braking.speed_mps(self._free_way_m(nav, along), stream_along_mps(nav, *along))
+
+    def _free_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
+        """Way straight ahead until obstacles, a shoal or the chart."""
         chart = self._chart.water
         by_chart = math.inf if chart is None else chart.stop_m((nav.north_m, nav.east_m), along)
-        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_along_m(along), by_chart)
-        return self._braking.speed_mps(way_m, stream)
+        return min(self._clear_way_m(nav, along), self._around.shoals.way_along_m(along), by_chart)
 
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
         """Way straight ahead until the hull is too near to something. Where no way leads on, the boat will hold: with
@@ -455,11 +459,14 @@ class ObstacleGuard:
             keep_m += self._room.least_m + self._room.carried_m(stream_along_mps(nav, *along))
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
 
-    def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:
-        """Dynamic positioning on its way to another pose stops where something lies before it, until that is gone."""
+    def _posed(self, setpoint: PoseSetpoint, nav: NavState, along: Place, inputs: ModeInputs) -> Setpoint:
+        """Dynamic positioning on its way to another pose, or at a velocity, stops where something lies before it, until
+        that is gone. It stops as gently as its reference does, and begins in time for that."""
         speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
         if not self._holding:
-            if speed < _MOVES_MPS or limit > max(_STOPPED_MPS, 0.5 * speed):
+            stops_m = math.dist(stopping_point(nav, self._parameters), (nav.north_m, nav.east_m))
+            in_time = stops_m < self._free_way_m(nav, along) + _STOPS_SPARE_M
+            if speed < _MOVES_MPS or (in_time and self._limit_mps(nav, along) > max(_STOPPED_MPS, 0.5 * speed)):
                 return setpoint
             self._events.say(inputs.now_s, TextKind.ATTENTION, "obstacle_stops", "Obstacle ahead: stopped")
         elif math.isinf(self.water.now.free_m(((nav.north_m, nav.east_m), (setpoint.north_m, setpoint.east_m)))):

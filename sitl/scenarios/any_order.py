@@ -28,6 +28,7 @@ _AGAIN_S = 30.0  # in which the boat says the same refusal once
 _END_S = 240.0  # of Hold or RTL at the end
 _LAST_S = 20.0  # of it, in which the boat must lie at its point
 _OFF_M, _OFF_DEG = 0.5, 5.0
+_LENGTHS, _LENGTHS_BOW = 1.0, 2.0  # that a boat may move in Hold: with sideways thrust, and without
 _CLEAR_M = 5.0  # and two lengths: from home to a stone
 _RADII_M = (0.5, 2.5)
 _AMONG_MPS = 1.5  # among stones
@@ -72,12 +73,12 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     given.append(_give(gcs, partial(orders.mode, draws.choice(("hold", "rtl")))))
     gcs.sail(_END_S)
     config = gcs.rig.config
-    drifts_m = gcs.parameter("DP_WATCH_R") if holds_by_drifting(config) else None
+    lengths = _LENGTHS if config.limits.sway_n > 0.0 else _LENGTHS_BOW
+    moves_m = gcs.parameter("DP_WATCH_R") if holds_by_drifting(config) else lengths * config.length_m
     return {
         "orders": given,
         "from_s": from_s,
-        "length_m": config.length_m,
-        "drifts_m": drifts_m,
+        "moves_m": moves_m,
         "sideways": config.limits.sway_n > 0.0,
         "heading_deg": heading_error_deg(config, gcs.rig.conditions),
     }
@@ -117,7 +118,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     }
     checks = [
         Check("refusals without a reason", metrics["without_reason"], 0.0, ""),
-        Check("moved in the last seconds", metrics["moved_at_end_m"], asked["drifts_m"] or asked["length_m"], "m"),
+        Check("moved in the last seconds", metrics["moved_at_end_m"], asked["moves_m"], "m"),
     ]
     if asked["sideways"]:
         ends = errors(PositioningLog(last, sailed.ticks[-len(last) :]))

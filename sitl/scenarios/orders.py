@@ -33,7 +33,6 @@ _MODES = {  # main mode and sub-mode, as PX4 numbers them
     "offboard": (6, 0),
     "heading": (7, 0),
 }
-_UNSLOWED = ("manual", "forces")  # near a fence nothing slows the boat there, and a mode chosen at the line leads out
 _LEAST_HALF_M, _HALF_S, _HALF_LENGTHS = 40.0, 30.0, 10.0  # of the water for points: at least, by speed, by length
 _SHIFT = 0.85  # of that, by which its middle lies off home where a berth is near
 _STREAM_S = 0.5  # setpoints before the mode
@@ -106,9 +105,9 @@ class Orders:
         return name, self.gcs.ask(mavlink.MAV_CMD_DO_SET_MODE, 1.0, *map(float, _MODES[name]))
 
     def sticks(self, name: str) -> Given:
-        """Centre the sticks, change to a mode that they steer, and deflect them. Hold, where a mode that nothing slows
-        would lead out of the fence."""
-        if name in _UNSLOWED and not self._has_room():
+        """Centre the sticks, change to a mode that they steer, and deflect them. Hold near the fence: a mode that is
+        chosen at the line leads out."""
+        if name != "hold" and not self._has_room():
             return self.mode("hold")
         self._stick(0, 0, 0)
         self.gcs.sail(0.5)
@@ -261,5 +260,5 @@ CHOICES: Mapping[str, Callable[[Orders], Given]] = {
 }
 """What can be ordered, by name."""
 
-UNGUARDED = (*_UNSLOWED, "disarm")
+UNGUARDED = ("manual", "forces", "disarm")
 """Orders under which nothing keeps the boat off obstacles."""

@@ -284,12 +284,19 @@ def test_velocities_stop_inside_the_fence(boat: Boat, speed: float, body: bool) 
     assert boat.nav.north_m < 47.0
 
 
-def test_a_jet_slows_down_ahead_of_the_fence(jet: Any) -> None:
+def test_a_jet_stops_ahead_of_the_fence(jet: Any) -> None:
+    """Boats that keep no place by velocities went on at their least speed, over the line."""
     fence(jet, inside=([(200.0, -200.0), (200.0, 200.0), (-200.0, 200.0), (-200.0, -200.0)],))
-    steered(jet, OffboardTarget(velocity=(8.0, 0.0)), 20.0)
+    ahead = OffboardTarget(velocity=(8.0, 0.0))
+    steered(jet, ahead, 20.0)
     fast = jet.setpoint.surge_mps
-    jet.until(lambda: stream(jet, OffboardTarget(velocity=(8.0, 0.0)), 0.1) or jet.nav.north_m > 185.0, 60.0)
-    assert jet.setpoint.surge_mps < 0.7 * fast and "fence_slowed" in jet.names()
+    stream(jet, ahead, 100.0)
+    assert jet.setpoint.surge_mps < 0.1 * fast and "fence_slowed" in jet.names()
+    kept_m = 0.5 * jet.config.length_m + jet.parameters["FENCE_MARGIN"]
+    assert 100.0 < jet.nav.north_m < 200.1 - kept_m
+    jet.nav = replace(jet.nav, north_m=200.5 - kept_m, north_mps=0.3)  # wind from astern
+    stream(jet, ahead, 0.3)
+    assert jet.status.mode is ModeId.HOLD
 
 
 def test_a_fence_uploaded_under_way_counts_for_the_point_already_asked_for(boat: Boat) -> None:

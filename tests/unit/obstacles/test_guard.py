@@ -153,6 +153,22 @@ def test_in_a_mode_that_leads_round_nothing_a_stopped_boat_holds_until_the_way_i
     assert bridge.steer(asked, mode) is asked
 
 
+def test_dynamic_positioning_at_a_velocity_stops_in_time() -> None:
+    """A boat with two azimuths in Offboard began its stop at 0.7 m/s where that was a third too late, and lay with its
+    bow on the stone."""
+    boat = load(find("aboat"))
+    bridge, mode = Bridge((12.0, 0.0, 1.0), config=boat), Sailing()
+    assert bridge.parameters.set("PATH_ACC", 0.5) is None  # five times DP_ACC_SURGE
+    north_m, speed_mps = 0.0, 0.5
+    for tick in range(600):  # it goes as it is told
+        asked = PoseSetpoint(0.05 * tick, 0.0, 0.0, 0.5)
+        got = bridge.steer(asked, mode, 0.1, north_m=north_m, **motion(speed_mps, 0.0))
+        assert isinstance(got, PoseSetpoint)
+        north_m, speed_mps = got.north_m, got.surge_mps
+    assert bridge.texts() == ["Obstacle ahead: stopped"] and speed_mps == pytest.approx(0.0, abs=1e-3)
+    assert 4.0 < north_m < 12.0 - 1.0 - 0.5 * boat.length_m - 0.5
+
+
 @pytest.mark.parametrize("of", ["the operator", "a mode with a way"])
 def test_others_do_not_hold_there(of: str) -> None:
     bridge = Bridge((2.4, 0.0, 1.0))
