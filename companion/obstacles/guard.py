@@ -217,12 +217,13 @@ class ObstacleGuard:
             mode.excuse()
             return self._astern(inputs.nav, self._parameters["DP_SPEED_ASTERN"], setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
-        if not (mode.goes_round or mode.drifts or unasked):
+        drifts = mode.drifts or (self._holding and not mode.goes_round and self._config.limits.sway_n <= 0.0)
+        if not (mode.goes_round or drifts or unasked):
             return stopped
         water, nav = self.water.now, inputs.nav
         # In a Hold that somebody asked for it keeps off what lies alone: it would flee the dinghy that fetches it.
         movers = self._around.movers(inputs.now_s) if mode.goes_round or unasked else ()
-        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, mode.drifts)
+        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, drifts)
         if aside is None:
             return stopped
         mode.excuse()

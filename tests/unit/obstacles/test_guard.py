@@ -149,6 +149,9 @@ def test_in_a_mode_that_leads_round_nothing_a_stopped_boat_holds_until_the_way_i
     assert bridge.texts() == ["Obstacle ahead: slowing down", "Obstacle ahead: stopped"]
     held = bridge.steer(asked, mode, north_m=0.5, east_m=0.5).progress.place
     assert held is not None and (held.north_m, held.east_m) == (0.0, 0.0)
+    set_on = {"north_m": 0.2, "north_mps": 0.2, "surge_mps": 0.2, "current_north_mps": 0.2, "current_east_mps": 0.0}
+    away = bridge.steer(asked, mode, **set_on)
+    assert isinstance(away, PathSetpoint) and away.surge_mps < 0.0, "a stream sets it onto the stone"
     bridge.seen.circles = np.zeros((0, 3))
     assert bridge.steer(asked, mode) is asked
 
