@@ -493,9 +493,14 @@ class PathTracker:
             self._surge,
             sway,
             self._setpoint_rate(wrap_pi(best - last), dt_s, self._turn_rate(nav, here, ahead, leaning, lookahead)),
-            0.0 if self._up.lasts else (self._speed - last_speed) / dt_s,
+            0.0 if self._up.lasts else self._gain_share * (self._speed - last_speed) / dt_s,
             self._progress(here, error),
         )
+
+    @property
+    def _gain_share(self) -> float:
+        """Of the change of speed, that the bow's direction takes part in: none where the boat waits for its bow."""
+        return min(1.0, max(-1.0, self._surge / self._speed)) if self._speed > 0.0 else 0.0
 
     def _towards_rad(self, error: float, learnt: float, lookahead: float) -> float:
         """How far the course leans towards the track: by line of sight, for the error no more than an arc allows."""

@@ -398,6 +398,16 @@ def test_a_boat_that_turns_slowly_on_the_spot_waits_for_its_bow() -> None:
     assert surge_mps(10.0, pivots=True) == surge_mps(10.0, pivots=False)
 
 
+@pytest.mark.parametrize("can_sway", [True, False])
+def test_a_boat_whose_bow_points_back_is_not_pushed_ahead(can_sway: bool) -> None:
+    """A catamaran of 1.3 m with sideways thrust lay bow on before its fence: RTL pushed it 0.7 m ahead as it turned."""
+    guide = tracker(can_sway, PATH_ACC=0.8)
+    nav = nav_state(yaw_rad=math.pi)
+    guide.start(points((50, 0)), nav)
+    gains = [guide.update(nav, 1.5, 0.1).setpoint.surge_mps2 for _ in range(20)]
+    assert max(map(abs, gains)) <= (0.0 if can_sway else 0.3 * 1.25 * 0.8 + 1e-6)
+
+
 def test_a_boat_that_is_carried_off_as_it_turns_sails_back_once_its_bow_points_there() -> None:
     """WAM-V 16 waited for a bow whose heading turned on as it was carried off: 4 m, at a corner of a square."""
 
