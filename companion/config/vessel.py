@@ -237,7 +237,11 @@ class VesselConfig:
     title: Annotated[str, means("Name for people.")]
     length_m: Annotated[Positive, derived("Length over all.")]
     beam_m: Annotated[Positive, derived("Width.")]
-    control_rate_hz: Annotated[float, Field(ge=1.0, le=100.0), means("Rate of the control loop.")]
+    control_rate_hz: Annotated[
+        float,
+        Field(ge=4.0, le=100.0),
+        means("Rate of the control loop. At least 4: bridges go neutral 0.5 s after the last command."),
+    ]
     home: Annotated[HomeConfig, means("Where the boat lives.")]
     hull: Annotated[HullConfig, means("The controller's model of the hull.")]
     limits: Annotated[LimitsConfig, derived("What the controller may ask of all thrusters together.")]
@@ -470,7 +474,12 @@ def _names_used_twice(config: VesselConfig) -> list[Problem]:
         problems += [
             ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]
         ]
-    return problems
+    sensors = [sensor.name for sensor in config.sensors]  # health, logs and messages know a device by its name alone
+    return problems + [
+        (("actuator", i, "name"), f"'{bridge.name}' is a sensor's name too: give the bridge another")
+        for i, bridge in enumerate(config.actuators)
+        if bridge.name in sensors
+    ]
 
 
 def _links_used_twice(links: Sequence[str]) -> list[Problem]:
@@ -515,7 +524,7 @@ def _flow_problems(plant: PlantConfig) -> list[tuple[str, str]]:
 
 def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
     """`message` with the file, the line and the key that it is about, for checks outside this room."""
-    line = line_of(path.read_text(encoding="utf-8").splitlines(), loc)
+    line = line_of(text_of(path).splitlines(), loc)
     return f"{path}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
 
@@ -593,8 +602,8 @@ def as_dict(config: VesselConfig) -> dict[str, Any]:
 def raw(path: Path) -> dict[str, Any]:
     """The tables of a file as they are, with their faults; empty where it is no TOML."""
     try:
-        return _tables(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return _tables(text_of(path))
+    except (OSError, ConfigError, tomllib.TOMLDecodeError):
         return {}
 
 
