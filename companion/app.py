@@ -411,7 +411,17 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     for name, value in kept.items():
         if (refusal := parameters.set(name, value)) is not None:
             warn(f"Stored {name} = {value:g} ignored: {refusal.name.lower().replace('_', ' ')}")
+            if around.state is not None:
+                around.state.keep_aside(name, value)
+    if around.state is not None:
+        parameters.on_change(partial(_set_anew, around.state, parameters))
     return parameters
+
+
+def _set_anew(state: StateFile, parameters: Parameters, name: str, _: float) -> None:
+    """The operator has set a parameter whose stored value was refused: that one is no longer kept."""
+    if state.let_go(name):
+        state.save_parameters(parameters.changed())
 
 
 def _signing(vessel: Vessel, around: Surroundings, warn: Callable[[str], None]) -> Signing:
