@@ -51,6 +51,11 @@ def with_one_antenna(boat: VesselConfig) -> VesselConfig:
         (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: needs it, refused"),
         (lambda b: replace(b, battery=BatteryConfig(10000.0, 12.8, 11.2)), "10000 mAh are 10 Ah", "no failsafe of the"),
         (lambda b: replace(b, battery=BatteryConfig(80.0, 12.8, 11.2, 20.0)), "20 mΩ are 0.02 Ω", "counts as full"),
+        (
+            lambda b: replace(b, actuators=(replace(b.actuators[0], timeout_s=800.0),)),
+            "'microcontroller' counts as lost after 800 s: check it, in s; 800 ms are 0.8 s",
+            "its silence goes unnoticed",
+        ),
         (with_one_antenna, "no sensor is said to give a heading", "found by motion"),
     ],
 )
