@@ -146,7 +146,7 @@ def port_problems(path: Path) -> list[str]:
     for key in ("links", "local_links"):
         for i, url in enumerate(_list(tables, key)):
             found += _url_problem(path, (key, i), url, judge_url)
-    return found + _link_clashes(path, tables)
+    return found + _device_clashes(path, tables) + _link_clashes(path, tables)
 
 
 def _port_problem(path: Path, table: str, i: int, row: Mapping[str, Any]) -> list[str]:
@@ -161,6 +161,22 @@ def _url_problem(path: Path, loc: tuple[str | int, ...], url: object, parse: Cal
     except (TransportError, LinkError) as error:
         return [config_module.placed(path, loc, str(error))]
     return []
+
+
+def _device_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
+    """One line for each device on the serial port of another that gives other settings: a port is opened once, with the
+    settings of the first. Devices that give the same are judged by `stream_problems`."""
+    first: dict[str, tuple[str, object]] = {}
+    found = []
+    for table in ("sensor", "actuator"):
+        for i, row in _rows(tables, table):
+            url = row.get("port")
+            for device in _serial_path(url):
+                name, other = first.setdefault(device, (f"{table} '{row.get('name', i + 1)}'", url))
+                if other != url:
+                    text = f"{name} has {device} too, as '{other}': give both the same, or each a port of its own"
+                    found.append(config_module.placed(path, (table, i, "port"), text))
+    return found
 
 
 def _link_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
@@ -395,7 +411,17 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     for name, value in kept.items():
         if (refusal := parameters.set(name, value)) is not None:
             warn(f"Stored {name} = {value:g} ignored: {refusal.name.lower().replace('_', ' ')}")
+            if around.state is not None:
+                around.state.keep_aside(name, value)
+    if around.state is not None:
+        parameters.on_change(partial(_set_anew, around.state, parameters))
     return parameters
+
+
+def _set_anew(state: StateFile, parameters: Parameters, name: str, _: float) -> None:
+    """The operator has set a parameter whose stored value was refused: that one is no longer kept."""
+    if state.let_go(name):
+        state.save_parameters(parameters.changed())
 
 
 def _signing(vessel: Vessel, around: Surroundings, warn: Callable[[str], None]) -> Signing:

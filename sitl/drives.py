@@ -23,7 +23,9 @@ class DriveModel:
             ahead, astern = astern, ahead
         idle = [(trim - output.dead_band, 0.0), (trim + output.dead_band, 0.0)]
         self._points = sorted({*idle, (ahead, 1.0), *([(astern, -1.0)] if astern != trim else [])})
-        self._trim, self._output, self._thruster = trim, output, thruster
+        self._trim, self._output = trim, output
+        low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+        self._stops_rad = -math.pi if low is None else low, math.pi if high is None else high
 
     def throttle(self, level: float) -> float:
         """What the propeller does at an input level, −1 to 1; limited to the ends."""
@@ -56,13 +58,13 @@ class DriveModel:
 
     def servo_azimuth_rad(self, pulse_us: float) -> float:
         """Azimuth at a servo's pulse, between its ends."""
-        low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
+        low, high = self._stops_rad
         share = (pulse_us - self._output.azimuth_min_us) / (self._output.azimuth_max_us - self._output.azimuth_min_us)
         return low + (high - low) * min(1.0, max(0.0, share))
 
     def servo_pulse_us(self, azimuth_rad: float) -> float:
         """Pulse of the servo at an azimuth between its ends."""
-        low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
+        low, high = self._stops_rad
         return self._output.azimuth_min_us + (azimuth_rad - low) / (high - low) * (
             self._output.azimuth_max_us - self._output.azimuth_min_us
         )

@@ -29,14 +29,23 @@ class ServedDevice:
 def serve_devices(
     world: World, vessel: VesselConfig, addresses: Mapping[str, PortAddress], folder: Path
 ) -> tuple[ServedDevice, ...]:
-    """Every device of the vessel, plugged in at `addresses[name]`, where the companion looks for it.
+    """Every device of the vessel, plugged in at `addresses[name]`, where the companion looks for it. Devices at one
+    address have one port.
 
     Raises ConfigError for an address that no simulated device can use, OSError for one that this machine refuses.
     """
     names = [*(row.name for row in vessel.sensors), *(row.name for row in vessel.actuators)]
-    devices = [ServedDevice(name, world.open(name, ""), device_port(addresses[name], folder)) for name in names]
-    for device in devices:
-        device.port.plug()
+    ports: list[tuple[PortAddress, DevicePort]] = []
+    devices = []
+    for name in names:
+        address = addresses[name]
+        port = next((port for place, port in ports if place == address), None)
+        if port is None:
+            port = device_port(address, folder)
+            ports.append((address, port))
+        devices.append(ServedDevice(name, world.open(name, ""), port))
+    for _, port in ports:
+        port.plug()
     return tuple(devices)
 
 
@@ -45,22 +54,26 @@ class PlantProcess:
 
     def __init__(self, world: World, devices: Sequence[ServedDevice]) -> None:
         self.world = world
-        self._devices = tuple(devices)
+        self._ports: dict[DevicePort, list[ByteStream]] = {}
+        for device in devices:
+            self._ports.setdefault(device.port, []).append(device.stream)
 
     def advance(self, now_s: float) -> None:
         """Pass on what the companion wrote, step the world to `now_s`, and send what its devices have sent by then."""
         heard_s = self.world.t_s
-        for device in self._devices:
-            if data := device.port.take():
-                device.stream.write(data, heard_s)
+        for port, streams in self._ports.items():
+            if data := port.take():
+                for stream in streams:
+                    stream.write(data, heard_s)
         self.world.advance(now_s)
-        for device in self._devices:
-            if device.stream.fault() is None:
-                device.port.plug()
-                for _, data in device.stream.read(now_s):
-                    device.port.give(data)
-            else:
-                device.port.unplug()
+        for port, streams in self._ports.items():
+            if all(stream.fault() is not None for stream in streams):
+                port.unplug()
+                continue
+            port.plug()
+            for stream in streams:
+                for _, data in stream.read(now_s):
+                    port.give(data)
 
     def obey(self, text: str) -> str:
         """Carry out a typed line: `gnss_unplugged` or `gnss_unplugged+3` starts a fault, for so many seconds; `depart`
@@ -84,8 +97,8 @@ class PlantProcess:
 
     def close(self) -> None:
         """Unplug all ports."""
-        for device in self._devices:
-            device.port.unplug()
+        for port in self._ports:
+            port.unplug()
 
 
 def parse_leader(text: str, home_yaw_rad: float) -> LeadBoatConfig:

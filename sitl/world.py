@@ -187,6 +187,7 @@ class World:
             aboard=None if errors is None else Aboard(errors, self.thrusters, self.battery),
             traffic=self.traffic,
             obstacles=self.obstacles,
+            boards=frozenset(row.port for row in self._vessel.actuators if row.driver == "mavlink_servo"),
         )
 
     # --- ports -----------------------------------------------------------------------------------------------------

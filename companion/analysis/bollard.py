@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 COLUMNS = ("throttle", "force_n")
 _LEAST = 4  # fewest points with force on one side
+_LEAST_THROTTLES = 2  # of which so many differ: a throttle measured again tells nothing of the shape
 _PERCENT = 1.5  # throttles beyond this are in percent
 _ODD_EXPONENT = 0.35  # an exponent further from 2 than this is reported
 _POOR = 0.08  # residual RMS over the largest pull that is reported
@@ -136,17 +137,19 @@ def _curve(throttle: Array, force_n: Array, dead_band: float) -> Array:
 
 def _side(throttle: Array, force_n: Array, dead_band: float, sign: float) -> Side | None:
     at = (sign * throttle > 0.0) & (np.abs(throttle) >= dead_band)
-    if np.count_nonzero(at) < _LEAST:
-        return None
     size, pull = np.abs(throttle[at]), sign * force_n[at]
+    if len(size) < _LEAST or len(np.unique(size)) < _LEAST_THROTTLES:
+        return None
     shape = size * size
     full_n = float(np.sum(shape * pull) / np.sum(shape * shape))
+    if full_n <= 0.0:
+        return None
     left = pull - full_n * shape
     sigma_n = math.sqrt(float(np.sum(left * left)) / max(1, len(pull) - 1) / float(np.sum(shape * shape)))
     positive = pull > 0.0
     exponent = (
         float(np.polyfit(np.log(size[positive]), np.log(pull[positive]), 1)[0])
-        if np.count_nonzero(positive) >= 3
+        if np.count_nonzero(positive) >= 3 and len(np.unique(size[positive])) >= _LEAST_THROTTLES
         else 2.0
     )
     return Side(full_n, sigma_n, exponent, float(np.max(pull)), int(np.count_nonzero(at)))

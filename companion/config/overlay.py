@@ -41,7 +41,7 @@ def overlays(vessel_file: Path) -> tuple[Path, ...]:
 
 def accepted(overlay: Path) -> bool:
     """Whether it counts. Raises OSError."""
-    found = _ACCEPTED.search(overlay.read_text(encoding="utf-8"))
+    found = _ACCEPTED.search(overlay.read_text(encoding="utf-8-sig"))
     return found is not None and found[1] == "true"
 
 
@@ -56,7 +56,7 @@ def proposed(vessel_file: Path) -> Path | None:
     if newest is None or accepted(newest):
         return None
     try:
-        tables = tomllib.loads(newest.read_text(encoding="utf-8"))
+        tables = tomllib.loads(newest.read_text(encoding="utf-8-sig"))
     except tomllib.TOMLDecodeError:
         return None
     return newest if tables.keys() - {"trial"} else None
@@ -64,7 +64,7 @@ def proposed(vessel_file: Path) -> Path | None:
 
 def set_accepted(overlay: Path, counts: bool) -> None:
     """Let it count, or not. Raises OSError, ValueError for a file without the key."""
-    text = overlay.read_text(encoding="utf-8")
+    text = overlay.read_text(encoding="utf-8-sig")
     if _ACCEPTED.search(text) is None:
         raise ValueError(f"{overlay}: no key 'accepted' in [trial], so it is no overlay of a trial")
     new = _ACCEPTED.sub(f"accepted = {'true' if counts else 'false'}", text, count=1)
@@ -81,7 +81,7 @@ def merged(data: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, Mapping) and isinstance(here, Mapping):
             result[key] = merged(here, value)
         elif isinstance(value, list) and isinstance(here, list) and all(isinstance(row, Mapping) for row in value):
-            rows = {row["name"]: row for row in value}
+            rows = {row["name"]: row for row in value if "name" in row}
             result[key] = [merged(row, rows.get(row.get("name"), {})) for row in here]
         else:
             result[key] = value
@@ -90,5 +90,5 @@ def merged(data: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 def with_overlay(data: Mapping[str, Any], overlay: Path) -> dict[str, Any]:
     """The raw tables of a vessel with those of its overlay. Raises OSError, tomllib.TOMLDecodeError."""
-    over = tomllib.loads(overlay.read_text(encoding="utf-8"))
+    over = tomllib.loads(overlay.read_text(encoding="utf-8-sig"))
     return merged(data, {key: value for key, value in over.items() if key != "trial"})

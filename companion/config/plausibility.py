@@ -29,6 +29,8 @@ _CRAWL = 0.2  # of the hull speed: slower than any boat's top speed
 _OVERHANG = 0.75  # of length and beam, from the middle: on a bowsprit or an outrigger
 _MASTS = 3.0  # lengths, and 2 m: higher than any mast
 _NUMBERED = re.compile(r"/dev/tty(USB|ACM)\d+")
+_LONG_S = 60.0  # of silence: no device that is well is silent for so long
+_MOST_AH = 1000.0  # more than a boat without a crew carries
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
 
@@ -197,6 +199,27 @@ def _volts(config: VesselConfig) -> Iterator[Judgement]:
             )
 
 
+def _battery(config: VesselConfig) -> Iterator[Judgement]:
+    """Labels are in mAh, meters in mΩ."""
+    battery = config.battery
+    if battery is None:
+        return
+    ah, ohm = battery.capacity_ah, battery.resistance_ohm
+    if ah > _MOST_AH:
+        yield Judgement(
+            ("battery", "capacity_ah"),
+            f"{ah:g} Ah: check it, in Ah; {ah:g} mAh are {ah / 1000.0:g} Ah",
+            "All modes: the charge that is counted hardly falls, so no warning and no failsafe of the battery comes",
+        )
+    elif ohm * ah > battery.full_v:  # it would not give its charge within an hour, even shorted
+        yield Judgement(
+            ("battery", "resistance_ohm"),
+            f"{ohm:g} Ω let {battery.full_v / ohm:.2g} A through at most: check it, in Ω; {ohm:g} mΩ are "
+            f"{ohm / 1000.0:g} Ω",
+            "All modes: the battery counts as full at the start, however empty it is",
+        )
+
+
 def _turning(config: VesselConfig) -> Iterator[Judgement]:
     d, moment_nm = config.hull.damping, config.limits.yaw_nm
     linear = d.n_r + d.n_ur * _CRUISE_MPS
@@ -315,6 +338,21 @@ def _economy(config: VesselConfig) -> Iterator[Judgement]:
             yield Judgement(("parameters", name), f"has no effect: {lacks}", "Hold: takes the energy that it takes")
 
 
+def _timeouts(config: VesselConfig) -> Iterator[Judgement]:
+    rows = [
+        *(("sensor", i, sensor.name, sensor.timeout_s) for i, sensor in enumerate(config.sensors)),
+        *(("actuator", i, bridge.name, bridge.timeout_s) for i, bridge in enumerate(config.actuators)),
+    ]
+    for table, i, name, timeout_s in rows:
+        if timeout_s > _LONG_S:
+            yield Judgement(
+                (table, i, "timeout_s"),
+                f"'{name}' counts as lost after {timeout_s:g} s: check it, in s; {timeout_s:g} ms are "
+                f"{timeout_s / 1000.0:g} s",
+                "All modes: until then its silence goes unnoticed, and no failsafe comes",
+            )
+
+
 def _ports(config: VesselConfig) -> Iterator[Judgement]:
     """Serial ports that the system numbers in the order in which it finds them."""
     rows = [
@@ -341,10 +379,12 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _planing,
     _shape,
     _volts,
+    _battery,
     _turning,
     _places,
     _hulls,
     _ports,
+    _timeouts,
     _senses,
     _heading,
     _antenna_pairs,

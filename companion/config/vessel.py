@@ -237,7 +237,11 @@ class VesselConfig:
     title: Annotated[str, means("Name for people.")]
     length_m: Annotated[Positive, derived("Length over all.")]
     beam_m: Annotated[Positive, derived("Width.")]
-    control_rate_hz: Annotated[float, Field(ge=1.0, le=100.0), means("Rate of the control loop.")]
+    control_rate_hz: Annotated[
+        float,
+        Field(ge=4.0, le=100.0),
+        means("Rate of the control loop. At least 4: bridges go neutral 0.5 s after the last command."),
+    ]
     home: Annotated[HomeConfig, means("Where the boat lives.")]
     hull: Annotated[HullConfig, means("The controller's model of the hull.")]
     limits: Annotated[LimitsConfig, derived("What the controller may ask of all thrusters together.")]
@@ -340,7 +344,7 @@ def load(path: Path) -> VesselConfig:
     damping by its rudders (`with_fins`). The simulated boat stays that of the file. Raises ConfigError with every
     problem and its line."""
     try:
-        text, overlay = text_of(path), in_force(path)
+        text, overlay = text_of(path), _overlay_of(path)
         config = parse(text, str(path))
         found = config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
         if found.hull.damping == config.hull.damping:  # a trial finds the fins with the hull
@@ -359,14 +363,22 @@ def text_of(path: Path) -> str:
         raise ConfigError([f"{path}: not text in UTF-8; save it again as UTF-8"]) from error
 
 
+def _overlay_of(path: Path) -> Path | None:
+    """The overlay that counts. Raises OSError; ConfigError for one that is no text."""
+    try:
+        return in_force(path)
+    except UnicodeDecodeError as error:
+        raise ConfigError([f"{path}: an overlay beside it is not text in UTF-8; save it again as UTF-8"]) from error
+
+
 def _overlaid(text: str, overlay: Path) -> VesselConfig:
     """The vessel with the keys of an overlay. Raises ConfigError, OSError."""
     try:
         config, located = validated(
-            VesselConfig, text, str(overlay), lambda data: completed(with_overlay(data, overlay))
+            VesselConfig, text, str(overlay), lambda data: completed(with_overlay(data, overlay)), numbered=False
         )
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError([_not_toml(str(overlay), overlay.read_text(encoding="utf-8"), str(error))]) from error
+        raise ConfigError([_not_toml(str(overlay), text_of(overlay), str(error))]) from error
     config = _simulated(config)
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:
@@ -398,10 +410,15 @@ Located = Callable[[Sequence[str | int], str], str]
 
 
 def validated(
-    kind: type[T], text: str, place: str, complete: Callable[[Mapping[str, Any]], Completion] | None = None
+    kind: type[T],
+    text: str,
+    place: str,
+    complete: Callable[[Mapping[str, Any]], Completion] | None = None,
+    numbered: bool = True,
 ) -> tuple[T, Located]:
     """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. `complete`
-    fills in what follows from other keys. Raises ConfigError with every problem."""
+    fills in what follows from other keys. `numbered` False: the keys may stand in another file, so no lines. Raises
+    ConfigError with every problem."""
     try:
         data = _tables(text)
     except tomllib.TOMLDecodeError as error:
@@ -409,7 +426,7 @@ def validated(
     lines = text.splitlines()
 
     def located(loc: Sequence[str | int], message: str) -> str:
-        line = line_of(lines, loc)
+        line = line_of(lines, loc) if numbered else None
         return f"{place}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
     completion = Completion(data) if complete is None else complete(data)
@@ -470,7 +487,12 @@ def _names_used_twice(config: VesselConfig) -> list[Problem]:
         problems += [
             ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]
         ]
-    return problems
+    sensors = [sensor.name for sensor in config.sensors]  # health, logs and messages know a device by its name alone
+    return problems + [
+        (("actuator", i, "name"), f"'{bridge.name}' is a sensor's name too: give the bridge another")
+        for i, bridge in enumerate(config.actuators)
+        if bridge.name in sensors
+    ]
 
 
 def _links_used_twice(links: Sequence[str]) -> list[Problem]:
@@ -515,7 +537,7 @@ def _flow_problems(plant: PlantConfig) -> list[tuple[str, str]]:
 
 def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
     """`message` with the file, the line and the key that it is about, for checks outside this room."""
-    line = line_of(path.read_text(encoding="utf-8").splitlines(), loc)
+    line = line_of(text_of(path).splitlines(), loc)
     return f"{path}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
 
@@ -593,8 +615,8 @@ def as_dict(config: VesselConfig) -> dict[str, Any]:
 def raw(path: Path) -> dict[str, Any]:
     """The tables of a file as they are, with their faults; empty where it is no TOML."""
     try:
-        return _tables(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return _tables(text_of(path))
+    except (OSError, ConfigError, tomllib.TOMLDecodeError):
         return {}
 
 

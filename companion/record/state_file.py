@@ -46,9 +46,9 @@ class StateFileBusy(Exception):
 class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
-    Every save returns a ticket at once. Remembers parameters of other versions, so that they are still there when that
-    version runs again, and what it has loaded, in case somebody removes the directory. `on_warning` receives problems
-    of saving, and of the constructor; `on_good_news` that they are over.
+    Every save returns a ticket at once. Remembers parameters of other versions, and values that this one refuses, so
+    that they are still there when that version runs again, and what it has loaded, in case somebody removes the
+    directory. `on_warning` receives problems of saving, and of the constructor; `on_good_news` that they are over.
     """
 
     def __init__(
@@ -124,6 +124,14 @@ class StateFile:
         if self._strangers:
             warnings.append(f"parameters of another version, not used: {', '.join(sorted(self._strangers))}")
         return {name: value for name, value in values.items() if name in self._known}, warnings
+
+    def keep_aside(self, name: str, value: float) -> None:
+        """Keep a loaded value that this version refuses: another may take it."""
+        self._strangers[name] = value
+
+    def let_go(self, name: str) -> bool:
+        """Forget a value kept aside, for the operator has set another; returns whether there was one."""
+        return self._strangers.pop(name, None) is not None
 
     def save_parameters(self, values: Mapping[str, float]) -> Ticket:
         """Store exactly `values`, those that differ from the defaults."""
@@ -254,8 +262,11 @@ def _plan_json(items: Sequence[PlanItem]) -> bytes:
 
 def _parameters_of(content: dict[str, Any]) -> dict[str, float]:
     values = content["parameters"]
-    if not isinstance(values, dict) or not all(_is_number(value) and math.isfinite(value) for value in values.values()):
-        raise ValueError("a parameter is not a number")
+    if not isinstance(values, dict):
+        raise ValueError("no parameters in it")
+    for name, value in values.items():
+        if not _is_number(value) or not math.isfinite(value):
+            raise ValueError(f"{name} is not a number")
     return values
 
 

@@ -62,3 +62,4 @@ class SensedWorld:
     aboard: Aboard | None = None  # what disturbs them aboard; None: nothing
     traffic: Traffic = field(default_factory=Traffic)
     obstacles: Obstacles = field(default_factory=Obstacles)
+    boards: frozenset[str] = frozenset()  # ports of the autopilots that drive thrusters

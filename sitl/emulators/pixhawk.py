@@ -17,12 +17,15 @@ from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, imu_errors, north_of
 
-_SYSTEM = 42
+_SYSTEM, _BOARD = 42, 1  # alone, and as part of a board that drives thrusters
 _FIELDS = 0x1FF  # new values: accelerations, rates and magnetic field
 
 
 class PixhawkEmulator:
-    """Sends a heartbeat each second and the requested messages, `latency_s` after they are valid."""
+    """Sends a heartbeat each second and the requested messages, `latency_s` after they are valid.
+
+    On the port of a bridge it is the same autopilot as that one: its id, its kind, no answer to what that one obeys.
+    """
 
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
@@ -37,7 +40,10 @@ class PixhawkEmulator:
         )
         self._config, self._port, self._around = config, port, around
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
-        self._codec: Any = mavlink.MAVLink(None, srcSystem=_SYSTEM, srcComponent=1)
+        self._shares = config.port in around.boards
+        self._system = _BOARD if self._shares else _SYSTEM
+        self._kind = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA if self._shares else mavlink.MAV_AUTOPILOT_PX4
+        self._codec: Any = mavlink.MAVLink(None, srcSystem=self._system, srcComponent=1)
         self._codec.robust_parsing = True
         self._intervals_s: dict[int, float] = {}
         self._due_s: dict[int, float] = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 0.0}
@@ -51,7 +57,7 @@ class PixhawkEmulator:
             return
         if self._due(mavlink.MAVLINK_MSG_ID_HEARTBEAT, 1.0, t_s):
             self._send(
-                mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 3, 3),
+                mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SURFACE_BOAT, self._kind, 0, 0, 3, 3),
                 t_s,
             )
         if self._due(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, None, t_s):
@@ -80,7 +86,7 @@ class PixhawkEmulator:
     def _hear(self, t_s: float) -> None:
         data = b"".join(data for _, data in self._port.receive(t_s))
         for message in self._codec.parse_buffer(data) or ():
-            if message.get_type() != "COMMAND_LONG" or message.target_system != _SYSTEM:
+            if message.get_type() != "COMMAND_LONG" or message.target_system != self._system:
                 continue
             known = message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and int(message.param1) in (
                 mavlink.MAVLINK_MSG_ID_HIGHRES_IMU,
@@ -88,5 +94,7 @@ class PixhawkEmulator:
             )
             if known:
                 self._intervals_s[int(message.param1)] = message.param2 * 1e-6
+            elif self._shares:
+                continue
             result = mavlink.MAV_RESULT_ACCEPTED if known else mavlink.MAV_RESULT_UNSUPPORTED
             self._send(mavlink.MAVLink_command_ack_message(message.command, result), t_s)

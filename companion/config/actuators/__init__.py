@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Annotated
 
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig, mavlink_servo_problems
+from companion.config.actuators.microcontroller import microcontroller_problems
 from companion.config.actuators.nanotec import NanotecConfig, nanotec_problems
 from companion.config.actuators.nmea2000 import Nmea2000Config, nmea2000_problems
 from companion.config.devices import ActuatorConfig
@@ -16,7 +17,7 @@ from companion.config.kinds import BridgeKind, ByDriver
 
 BRIDGES: Mapping[str, BridgeKind] = {
     "mavlink_servo": BridgeKind(MavlinkServoConfig, mavlink_servo_problems, pulses=True),
-    "microcontroller": BridgeKind(),
+    "microcontroller": BridgeKind(problems=microcontroller_problems),
     "nanotec": BridgeKind(NanotecConfig, nanotec_problems),
     "nmea2000": BridgeKind(Nmea2000Config, nmea2000_problems),
 }

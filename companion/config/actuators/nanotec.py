@@ -9,9 +9,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from companion.config.actuators.parts import part_problems
-from companion.config.devices import ActuatorConfig
+from companion.config.devices import ActuatorConfig, ThrusterConfig
 from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, STRICT, Name, means
 from companion.config.kinds import Equipment, Place, Problem
+
+_MOST_HZ, _MOST_HZPS = 1_000_000, 3_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,14 @@ class StepperConfig:
         means("Speed of the turn to the reference switch."),
     ] = math.radians(20.0)
 
+    def frequency(self, radps: float) -> int:
+        """Steps a second for a speed of the thruster's turn; steps a second squared for an acceleration."""
+        return round(radps * self.steps_per_turn / math.tau)
+
+    def turning_radps(self, thruster: ThrusterConfig) -> float:
+        """Speed of that thruster's turn."""
+        return thruster.azimuth_rate_radps if self.speed_radps is None else self.speed_radps
+
 
 @dataclass(frozen=True, slots=True)
 class NanotecConfig(ActuatorConfig):
@@ -77,7 +87,26 @@ def nanotec_problems(bridge: NanotecConfig, at: Place, equipment: Equipment) -> 
     """What must be true beside the types: one drive for each azimuth, no throttle."""
     drives = [(drive.thruster, "address", drive.address) for drive in bridge.drives]
     problems = part_problems(bridge, at, "drive", drives)
+    by_name = {thruster.name: thruster for thruster in equipment.thrusters}
+    for k, drive in enumerate(bridge.drives):
+        if drive.thruster in by_name:
+            found = frequency_problems(drive, by_name[drive.thruster])
+            problems += [((*at, "drive", k, key), text) for key, text in found]
     if bridge.thrusters:
         text = "this bridge drives azimuths alone: name them in 'azimuths', and another bridge for the propellers"
         problems.append(((*at, "thrusters"), text))
     return problems
+
+
+def frequency_problems(drive: StepperConfig, thruster: ThrusterConfig) -> list[tuple[str, str]]:
+    """Keys whose speeds and ramps the drive of that thruster does not have, with the reasons."""
+    asked = (
+        ("speed_dps", drive.turning_radps(thruster), _MOST_HZ),
+        ("homing_dps", drive.homing_radps, _MOST_HZ),
+        ("ramp_dps2", drive.ramp_radps2, _MOST_HZPS),
+    )
+    return [
+        (key, f"makes {steps} steps a second, the drive takes 1 to {most}: check it, and steps_per_turn")
+        for key, radps, most in asked
+        if not 1 <= (steps := drive.frequency(radps)) <= most
+    ]

@@ -39,5 +39,9 @@ class Nmea2000Config(ActuatorConfig):
 
 
 def nmea2000_problems(bridge: Nmea2000Config, at: Place, equipment: Equipment) -> list[Problem]:
-    """What must be true beside the types: one motor for each thruster."""
-    return part_problems(bridge, at, "motor", [(motor.thruster, "instance", motor.instance) for motor in bridge.motors])
+    """What must be true beside the types: one motor for each thruster, none that retracts."""
+    motors = [(motor.thruster, "instance", motor.instance) for motor in bridge.motors]
+    retractable = [one.name for one in equipment.thrusters if one.retractable and one.name in bridge.thrusters]
+    return part_problems(bridge, at, "motor", motors) + [
+        ((*at, "thrusters"), f"'{name}' is retractable, which this bridge cannot move") for name in retractable
+    ]

@@ -11,7 +11,8 @@ from companion.config.kinds import Place, Problem
 def part_problems(
     bridge: ActuatorConfig, at: Place, table: str, parts: Sequence[tuple[str, str, int]]
 ) -> list[Problem]:
-    """Each thruster of the bridge has one part, under a number of its own, and no part is without a thruster.
+    """Each thruster of the bridge has one part, under a number of its own, and no part is without a thruster. Such a
+    bridge has no servos and no relays.
 
     `at`: place of the bridge. `parts`: thruster, key of the number, number, in the order of the file.
     """
@@ -23,6 +24,9 @@ def part_problems(
     ]
     if not driven:
         problems.append(((*at, "driver"), "drives nothing: name thrusters, or azimuths"))
+    for key in ("servos", "relays"):
+        if getattr(bridge, key):
+            problems.append(((*at, key), f"this bridge drives no {key}: name them in those of another"))
     for k, (name, key, number) in enumerate(parts):
         if name not in driven:
             text = f"'{name}' is not among the thrusters or azimuths of this bridge"

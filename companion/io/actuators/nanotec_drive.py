@@ -26,7 +26,7 @@ import math
 from collections import deque
 from enum import Enum
 
-from companion.config.actuators.nanotec import StepperConfig
+from companion.config.actuators.nanotec import StepperConfig, frequency_problems
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError
 from companion.core.angles import TWO_PI, wrap_pi
@@ -88,11 +88,11 @@ class Drive:
         self._low_rad, self._high_rad = (stops[0], stops[1]) if len(stops) == 2 else (-math.inf, math.inf)
         self._config = config
         self._steps_per_rad = config.steps_per_turn / TWO_PI
-        self._speed_hz = self._frequency(
-            "speed_dps", thruster.azimuth_rate_radps if config.speed_radps is None else config.speed_radps, 1_000_000
-        )
-        self._homing_hz = self._frequency("homing_dps", config.homing_radps, 1_000_000)
-        self._ramp_hzps = self._frequency("ramp_dps2", config.ramp_radps2, 3_000_000)
+        if problems := frequency_problems(config, thruster):
+            raise ConfigError([f"drive {config.address} of {thruster.name}: {key} {text}" for key, text in problems])
+        self._speed_hz = config.frequency(config.turning_radps(thruster))
+        self._homing_hz = config.frequency(config.homing_radps)
+        self._ramp_hzps = config.frequency(config.ramp_radps2)
         self._queue: deque[str] = deque()
         self._demand_rad: float | None = None
         self._sent_rad: float | None = None  # target of the run that was started last
@@ -355,10 +355,3 @@ class Drive:
 
     def _steps(self, angle_rad: float) -> int:
         return round(angle_rad * self._steps_per_rad)
-
-    def _frequency(self, key: str, radps: float, most: int) -> int:
-        value = round(radps * self._config.steps_per_turn / TWO_PI)
-        if not 1 <= value <= most:
-            text = f"{key} makes {value} steps a second, the drive takes 1 to {most}"
-            raise ConfigError([f"drive {self.address} of {self.name}: {text}"])
-        return value

@@ -53,6 +53,26 @@ def test_the_revolts_own_figures_from_the_thesis() -> None:
     assert found.astern is None and "astern: too few" in report(found)
 
 
+@pytest.mark.parametrize(
+    ("throttle", "force_n"),
+    [
+        ([1.0] * 4, [50.0, 51.0, 49.0, 50.0]),
+        ([0.5] * 4, [50.0, 51.0, 49.0, 50.0]),
+        ([0.0, 0.3, 0.5, 0.8, 1.0], [0.0] * 5),
+    ],
+)
+def test_one_throttle_again_and_again_or_no_pull_gives_no_curve(throttle: list[float], force_n: list[float]) -> None:
+    """They ended in a traceback, or in a curve of one point."""
+    with pytest.raises(BollardError, match="too few measurements ahead: at least 4 throttles that pull"):
+        fit(np.array(throttle), np.array(force_n))
+
+
+def test_a_thruster_that_does_not_pull_astern_gets_no_curve_there() -> None:
+    throttle, force = pulls(50.0, 30.0, 0.0, 0.0)
+    found = fit(throttle, np.where(throttle < 0.0, 0.0, force))
+    assert found.astern is None and "astern_n" not in toml_lines(found, "bow")
+
+
 def test_a_scale_without_a_sign() -> None:
     throttle, force = pulls(50.0, 30.0, 0.0, 0.0)
     found = fit(throttle, np.abs(force))

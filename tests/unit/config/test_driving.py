@@ -28,6 +28,24 @@ steps_per_turn = 4800
 ramp_dps2 = 900
 homing = "switch"
 """
+STEPS = "steps a second, the drive takes 1 to 1000000: check it, and steps_per_turn"
+LIGHT = '[[relay]]\nname = "light"\n'
+NETWORK = """[[actuator]]
+name = "network"
+driver = "nmea2000"
+port = "can:can0"
+thrusters = ["bow"]
+[[actuator.motor]]
+thruster = "bow"
+instance = 0
+"""
+SECOND_BOARD = """[[actuator]]
+name = "second"
+driver = "microcontroller"
+port = "serial:/dev/usv-second:115200"
+thrusters = ["stern_port"]
+azimuths = ["stern_starboard"]
+"""
 
 
 def text(board: str = BOARD, drives: str = DRIVES) -> str:
@@ -92,6 +110,33 @@ def test_each_throttle_and_each_azimuth_has_one_bridge() -> None:
             "actuator[2].azimuths: no thruster named 'keel'; there is stern_port, stern_starboard, bow",
         ),
         (BOARD, DRIVES.replace("address = 2", "address = 1"), "actuator[2].drive[2].address: 1 is used twice"),
+        (BOARD, DRIVES.replace("4800", "5e6", 1), f"actuator[2].drive[1].speed_dps: makes 2083333 {STEPS}"),
+        (BOARD, DRIVES.replace("4800", "20\nhoming_dps = 1", 1), f"actuator[2].drive[1].homing_dps: makes 0 {STEPS}"),
+        (
+            BOARD,
+            DRIVES.replace("ramp_dps2 = 900", "ramp_dps2 = 900000"),
+            f"actuator[2].drive[2].ramp_dps2: makes 12000000 {STEPS.replace('1000000', '3000000')}",
+        ),
+        (
+            BOARD,
+            DRIVES.replace("azimuths = [", 'relays = ["light"]\nazimuths = [') + LIGHT,
+            "actuator[2].relays: this bridge drives no relays: name them in those of another",
+        ),
+        (
+            BOARD.replace(', "bow"]', "]"),
+            NETWORK,
+            "actuator[2].thrusters: 'bow' is retractable, which this bridge cannot move",
+        ),
+        (
+            BOARD.replace('"stern_port", ', ""),
+            DRIVES + SECOND_BOARD,
+            "actuator[3].azimuths: a board that turns 'stern_starboard' drives its throttle too: add it to 'thrusters'",
+        ),
+        (
+            f"thrusters = [{', '.join(repr(f't{i}') for i in range(17))}]\n",
+            DRIVES,
+            "actuator[1].thrusters: 17 thrusters; a board drives up to 16: give it a second board",
+        ),
         (
             BOARD,
             DRIVES.replace('thruster = "stern_starboard"', 'thruster = "stern_port"'),

@@ -89,6 +89,23 @@ def test_an_overlay_with_an_error_is_not_accepted(vessel_file: Path, capsys: pyt
     assert not accepted(overlay) and "m11_kg" in capsys.readouterr().err
 
 
+def test_an_overlay_that_was_edited(vessel_file: Path) -> None:
+    """A mark of Windows was no TOML, another encoding and a row without a name ended in a traceback."""
+    overlay = written(vessel_file, text=OVERLAY.replace("false", "true") + "[[sensor]]\nx_m = 1.0\n")
+    overlay.write_bytes(b"\xef\xbb\xbf" + overlay.read_bytes())
+    assert load(vessel_file).hull.m11_kg == 300.0
+    overlay.write_bytes(OVERLAY.encode() + "# für das Frühjahr".encode("latin-1"))
+    with pytest.raises(ConfigError, match=r"boat\.toml: an overlay beside it is not text in UTF-8"):
+        load(vessel_file)
+
+
+def test_the_place_of_a_mistake_in_an_overlay_is_not_a_line_of_the_vessels_file(vessel_file: Path) -> None:
+    overlay = written(vessel_file, text=OVERLAY.replace("false", "true").replace("m11_kg = 300.0", "m11_kg = -1.0"))
+    with pytest.raises(ConfigError) as error:
+        load(vessel_file)
+    assert error.value.problems == (f"{overlay}: hull.m11_kg: should be greater than 0",)
+
+
 def test_no_vessel_and_no_overlay_by_mistake(vessel_file: Path) -> None:
     assert main(["trial", "accept", str(vessel_file)]) == 2
     overlay = written(vessel_file, text="[hull]\n")

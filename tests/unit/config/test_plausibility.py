@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from companion.config.hull import DampingConfig
+from companion.config.outputs import BatteryConfig
 from companion.config.plausibility import judgements
 from companion.config.vessel import VesselConfig, bundled, find, load
 
@@ -48,6 +49,13 @@ def with_one_antenna(boat: VesselConfig) -> VesselConfig:
         (moved, "'stern_port' at x -3 m", "its lever is wrong"),
         (with_pair, "a baseline of 0.40 m: one sigma of 4.1°", "no better than a compass"),
         (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: needs it, refused"),
+        (lambda b: replace(b, battery=BatteryConfig(10000.0, 12.8, 11.2)), "10000 mAh are 10 Ah", "no failsafe of the"),
+        (lambda b: replace(b, battery=BatteryConfig(80.0, 12.8, 11.2, 20.0)), "20 mΩ are 0.02 Ω", "counts as full"),
+        (
+            lambda b: replace(b, actuators=(replace(b.actuators[0], timeout_s=800.0),)),
+            "'microcontroller' counts as lost after 800 s: check it, in s; 800 ms are 0.8 s",
+            "its silence goes unnoticed",
+        ),
         (with_one_antenna, "no sensor is said to give a heading", "found by motion"),
     ],
 )
@@ -55,6 +63,15 @@ def test_each_finding_says_what_it_means(change: Callable[[VesselConfig], Vessel
     assert judgements(REVOLT) == []
     found = [str(judgement) for judgement in judgements(change(REVOLT))]
     assert any(text in line and means in line for line in found), found
+
+
+def test_usual_batteries_are_plausible() -> None:
+    for battery in (
+        BatteryConfig(80.0, 12.8, 11.2, 0.02),
+        BatteryConfig(0.85, 8.4, 6.4, 0.2),
+        BatteryConfig(600.0, 53.0, 44.0),
+    ):
+        assert judgements(replace(REVOLT, battery=battery)) == []
 
 
 @pytest.mark.parametrize("name", bundled())

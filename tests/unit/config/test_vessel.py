@@ -72,6 +72,12 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     [
         ('"bow"]', '"bo"]', "no thruster named 'bo'"),
         ('name = "imu"', 'name = "gnss"', "'gnss' is used twice"),
+        (
+            'name = "microcontroller"',
+            'name = "imu"',
+            r"actuator\[1\].name: 'imu' is a sensor's name too: give the bridge another",
+        ),
+        ("control_rate_hz = 10.0", "control_rate_hz = 3.0", "control_rate_hz: should be greater than or equal to 4"),
         ('plant = "as_sailed"', 'plant = "dry"', "no plant named 'dry'"),
         ("m23_kgm = 7.0", "m23_kgm = 70000.0", "not positive definite"),
         ("thruster_x_m = [-1.12, -1.12, 1.12]", "thruster_x_m = [1.0]", "needs 3 values"),

@@ -140,6 +140,12 @@ def test_nonsense_is_set_aside(tmp_path: Path, name: str, content: bytes) -> Non
     assert (tmp_path / f"{name}.corrupt-1").read_bytes() == content
 
 
+def test_the_parameter_that_is_no_number_is_named(tmp_path: Path) -> None:
+    (tmp_path / "parameters.json").write_bytes(b'{"format":1,"parameters":{"ALLOC_ITER":3,"WP_SPEED":"fast"}}')
+    _, (warning,) = StateFile(tmp_path).load_parameters()
+    assert warning.endswith("corrupt (WP_SPEED is not a number); set aside as parameters.json.corrupt-1")
+
+
 @pytest.mark.parametrize("column", range(11))
 @pytest.mark.parametrize("value", ["x", "00000000", 1e300, 2**40, [], True])
 def test_an_item_that_no_message_could_carry_is_refused(tmp_path: Path, column: int, value: object) -> None:

@@ -11,14 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.app import Surroundings, build
+from companion.clock import SimulatedClock
+from companion.config.vessel import ConfigError, VesselConfig, find, load, parse
 from companion.io.transport.line import Line
 from companion.io.transport.opener import TransportOpener, device_endpoint
 from companion.io.transport.urls import PortUrl
 from sitl.device_ports import DevicePort, PtyPort, device_port
 from sitl.plant_process import PlantProcess, parse_leader, serve_devices
 from sitl.shared_sea import build_shared_sea
-from sitl.world import World
+from sitl.world import EPOCH_UNIX_NS, World
 from tests.waiting import wait_until
 
 
@@ -158,6 +160,33 @@ def test_what_is_typed_happens(tmp_path: Path) -> None:
     ):
         with pytest.raises(ConfigError, match=says):
             process.obey(text)
+    process.close()
+    assert not list(tmp_path.glob("usv-*"))
+
+
+SHARED = """[[sensor]]
+name = "wind"
+driver = "nmea0183"
+port = "serial:/dev/usv-gnss:115200"
+rate_hz = 2.0
+"""
+
+
+def test_devices_that_share_a_port_are_all_heard(tmp_path: Path) -> None:
+    """The last one had the port to itself, and a Pixhawk was two autopilots on one wire."""
+    text = find("blueboat").read_text(encoding="utf-8").replace("[[actuator]]", f"{SHARED}\n[[actuator]]", 1)
+    config = parse(text, "boat.toml")
+    clock, process = SimulatedClock(EPOCH_UNIX_NS), plant(config, tmp_path, World(config))
+    vessel = build(config, Surroundings(clock, TransportOpener(tmp_path), process, []))
+
+    def all_are_well() -> bool:
+        clock.wait(clock.now_s() + vessel.period_s, ())
+        tick = vessel.tick(clock.now_s())
+        healths = {device.name: device.ok for device in tick.health}
+        return all(healths[name] for name in ("gnss", "imu", "wind", "pixhawk"))
+
+    wait_until(all_are_well, "all four devices")
+    vessel.close()
     process.close()
     assert not list(tmp_path.glob("usv-*"))
 
