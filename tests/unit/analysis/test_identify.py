@@ -288,6 +288,16 @@ def test_what_cannot_be_identified_is_said(log: Log, tmp_path: Path) -> None:
         identify(log, tmp_path, to_s=60.0, hold=("m44",))
 
 
+@pytest.mark.parametrize("every", [2, 15])
+def test_a_log_with_a_gap_at_every_moment_is_no_manoeuvre(log: Log, tmp_path: Path, every: int) -> None:
+    """As of a computer that is too slow for the control rate, or of a receiver that comes and goes."""
+    head, *rows = (log.folder / "ticks.csv").read_text(encoding="utf-8").splitlines()
+    kept = [row for number, row in enumerate(rows) if number % every]
+    (tmp_path / "ticks.csv").write_text("\n".join([head, *kept]) + "\n", encoding="utf-8")
+    with pytest.raises(LogError, match="only 0 s have no gap for 2 s"):
+        identify(replace(log, folder=tmp_path), tmp_path)
+
+
 def test_a_hull_that_no_plant_has_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenario", "run", "identify", "--set", "hull=raft", "--out", str(tmp_path)]) == 2
     assert "has none of that name; try --set hull=as_sailed" in capsys.readouterr().err
