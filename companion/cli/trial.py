@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import UsageError, print_warnings
+from companion.cli.common import UsageError, print_warnings, typed
 from companion.cli.trial_results import REPORT, accept, accept_overlay, undo
 from companion.config.overlay import accepted, in_force, is_overlay, overlays
 from companion.config.vessel import find
@@ -75,7 +75,7 @@ def _accept_newest(vessel_file: Path) -> int:
 
 
 def _accepted(vessel_file: Path, overlay: Path) -> int:
-    print(f"accepted: {overlay}, from the next start on. Back: companion trial undo {vessel_file}")
+    print(f"accepted: {overlay}, from the next start on. Back: {typed('trial', 'undo', vessel_file)}")
     return 0
 
 
