@@ -152,5 +152,9 @@ def _truth(folder: Path, warnings: list[str]) -> _Truth | None:
     path = folder / "truth.csv"
     if not path.exists():
         return None
-    table = read_table(path, ("t_s", *_POSE), warnings)
+    try:
+        table = read_table(path, ("t_s", *_POSE), warnings)
+    except LogError as error:
+        warnings.append(str(error))
+        return None
     return _Truth(table["t_s"], list(zip(*(table[name] for name in _POSE), strict=True)))

@@ -167,12 +167,12 @@ def _stamped(
 def _stamps(folder: Path) -> Iterator[tuple[float, int, float]]:
     """(t_s, time_unix_ns, load) of each row of ticks.csv. The machine sets the latter two, so a replay takes them from
     the log."""
-    with (folder / "ticks.csv").open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
+    with (folder / "ticks.csv").open(encoding="utf-8", errors="replace", newline="\n") as file:
+        for row in csv.DictReader(line for line in file if line.endswith("\n")):
             try:
                 stamp = float(row["t_s"]), int(row["time_unix_ns"]), float(row["load"])
             except (TypeError, ValueError):
-                return  # an incomplete last row
+                return  # an incomplete row
             yield stamp
 
 
