@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from companion.analysis.log_reader import Log, LogError, open_log, read_table
 from companion.core.geodesy import LocalFrame
+from companion.record import mcap_log
+from companion.record.mcap_reader import has_end
 
 Array = NDArray[np.float64]
 
@@ -105,6 +107,8 @@ def read_log(folder: Path) -> Recorded:
     if not np.any(np.isfinite(ticks["lat_deg"])):
         _add_places(ticks, log)
     mode_names, modes = numbered(words["mode"])
+    if (folder / mcap_log.FILE).exists() and not has_end(folder / mcap_log.FILE):
+        warnings.append(f"{mcap_log.FILE}: has no end: the log was cut off, or is still written")
     events, truth = _events(folder / "events.csv"), _truth(folder, warnings)
     return Recorded(log, manifest, ticks, modes, mode_names, words, events, truth, warnings, _result(folder))
 
