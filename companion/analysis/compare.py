@@ -42,7 +42,7 @@ class Largest:
 @dataclass(slots=True)
 class LogDifference:
     """What the comparison found. `first`: a line for the first tick that differs, empty for none. `words`: number of
-    ticks with another mode, arming, failsafe or mission item. `missing_ticks`: those that the log does not have.
+    ticks with another mode, arming, failsafe or mission item. `missing_ticks`: those that only one log has.
     `lost_ticks`: those at the log's end whose inputs it has lost, so that they were not done again."""
 
     ticks: int = 0
@@ -75,7 +75,7 @@ class LogDifference:
         if self.same:
             return "\n".join([f"{self.ticks} ticks: the same to the last digit, events too", *lost])
         lines = [f"{self.ticks} ticks, {self.differing} of them different from the log", *lost]
-        lines += [f"{self.missing_ticks} ticks are not in the log"] if self.missing_ticks else []
+        lines += [f"{self.missing_ticks} ticks are in only one of the two"] if self.missing_ticks else []
         lines += [f"first: {self.first}"] if self.first else []
         lines += [f"first event: {self.first_event}"] if self.first_event else []
         lines += [
@@ -87,13 +87,16 @@ class LogDifference:
         return "\n".join(lines)
 
 
-def compare(recorded: Path, again: Path, warnings: list[str]) -> LogDifference:
-    """Compare `ticks.csv` and `events.csv` of two log folders. Raises OSError."""
+def compare(recorded: Path, again: Path, done: int, warnings: list[str]) -> LogDifference:
+    """Compare `ticks.csv` and `events.csv` of two log folders. `done`: how many ticks were done again. Raises
+    OSError."""
     result, last_s = LogDifference(warnings=warnings), -math.inf
-    for then, now in itertools.zip_longest(_rows(recorded / "ticks.csv"), _rows(again / "ticks.csv")):
+    both = itertools.zip_longest(_rows(recorded / "ticks.csv"), _rows(again / "ticks.csv"))
+    for number, (then, now) in enumerate(both):
         if then is None or now is None:
-            result.missing_ticks += then is None
-            result.lost_ticks += now is None
+            lost = now is None and number >= done
+            result.lost_ticks += lost
+            result.missing_ticks += not lost
             continue
         result.ticks += 1
         last_s = float(then["t_s"])

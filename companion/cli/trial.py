@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import UsageError, print_warnings, typed
+from companion.cli.common import UsageError, judge_out_folder, print_warnings, typed
 from companion.cli.trial_results import REPORT, accept, accept_overlay, undo
 from companion.config.overlay import accepted, in_force, is_overlay, overlays
 from companion.config.vessel import find
@@ -108,6 +108,8 @@ def _report(arguments: argparse.Namespace) -> int:
     from companion.cli.keeping import keepings
 
     out = arguments.out or arguments.folder / REPORT
+    if arguments.folder.is_dir():
+        judge_out_folder(out.parent)
     found = identify_trial(open_log(arguments.folder))
     kept = keepings(found, arguments.after, not arguments.no_prediction)
     print_warnings(write_report(found, out, kept))

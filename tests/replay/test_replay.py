@@ -26,6 +26,7 @@ from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission.plan import PlanItem, PlanKind
 from companion.record.protobuf import parts_of
 from companion.record.readings import read_ticks
+from companion.record.recorder import LogFolder
 from companion.record.state_file import StateFile
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.rig import Conditions
@@ -335,6 +336,22 @@ def test_a_run_whose_files_a_power_cut_left_of_other_lengths_is_the_same_as_far_
     said = capsys.readouterr().out
     assert ", 0 of them different" in said if name == "events.csv" else "the same to the last digit, events too" in said
     assert ("ticks at the end are not done again: the log has lost their inputs" in said) is (name == "log.mcap")
+
+
+def test_a_log_of_the_replay_that_stopped_is_not_the_same(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, again = copied(recorded, tmp_path), tmp_path / "again"
+
+    def half(self: LogFolder) -> None:
+        close(self)
+        data = (again / "ticks.csv").read_bytes()
+        (again / "ticks.csv").write_bytes(data[: len(data) // 2])
+
+    close = LogFolder.close
+    monkeypatch.setattr(LogFolder, "close", half)
+    result = rerun(open_log(log), again)
+    assert result.missing_ticks > 50 and result.lost_ticks == 0 and not result.within(1.0)
 
 
 def test_a_truth_of_which_a_power_cut_left_nothing_is_told(recorded: Path, tmp_path: Path) -> None:
