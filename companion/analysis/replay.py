@@ -136,7 +136,7 @@ def replay(log: Log, out: Path) -> Replay:
 class _Truth:
     """Rows of truth.csv, read in order of time."""
 
-    def __init__(self, times_s: list[float], rows: list[tuple[float, ...]]) -> None:
+    def __init__(self, times_s: Sequence[float], rows: list[tuple[float, ...]]) -> None:
         self._times_s, self._rows = times_s, rows
         self._at = 0
 
