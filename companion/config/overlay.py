@@ -35,7 +35,7 @@ def free_place(folder: Path, vessel: str, date: str) -> Path:
 
 
 def copy_beside(overlay: Path, vessel_file: Path) -> Path:
-    """Copy an overlay of another folder beside a vessel's file, unless it is there, and return its place. Another one of
+    """Copy an overlay of another folder beside a vessel's file, unless it is there, and return its place. Another of
     the same day stays as it is. Raises OSError."""
     text = overlay.read_text(encoding="utf-8")
     for there in overlays(vessel_file):
