@@ -234,6 +234,15 @@ def test_what_the_manoeuvre_does_not_tell_stays_near_the_model_and_is_said(tmp_p
     )
 
 
+def test_a_thruster_that_would_push_outside_the_boat_is_doubted(log: Log, found: HullFit) -> None:
+    """As the fit has one that is reversed, or that gets the command of another one."""
+    model = HullModel(log, read_manoeuvre(log, []))
+    assert not any("outside the boat" in line for line in advice(model, found))
+    moved = [replace(one, value=-3.6) if one.name == "x_m bow" else one for one in found.estimates]
+    (line,) = [line for line in advice(model, replace(found, estimates=tuple(moved))) if "bow" in line]
+    assert line.startswith("bow would push at -3.6 m, outside the boat of 3.0 m: is a thruster reversed")
+
+
 def test_a_coupling_that_the_file_lacks_is_found(tmp_path: Path) -> None:
     """A hull whose drag has its centre ahead of the middle, with lift, against a file that has neither."""
     damping = replace(TRUE.damping, n_v=10.0, n_vv=120.0, y_r=8.0, y_rr=60.0, y_uv=120.0, n_uv=-100.0, n_ur=80.0)
