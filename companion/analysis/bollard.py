@@ -119,7 +119,7 @@ def fit(throttle: Array, force_n: Array) -> BollardFit:
         raise BollardError("no measurements: throttle, force_n in at least four rows ahead")
     dead_band = float(best[1])
     ahead = _side(throttle, force_n, dead_band, 1.0)
-    if ahead is None:
+    if ahead is None or ahead.most_n <= 0.0:
         raise BollardError(f"too few measurements ahead: at least {_LEAST} throttles that pull, from low to full")
     rms_n = math.sqrt(best[0] / len(throttle))
     return BollardFit(ahead, _side(throttle, force_n, dead_band, -1.0), dead_band, rms_n, throttle, force_n)

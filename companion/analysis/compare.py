@@ -25,6 +25,7 @@ _GROUPS = (
 )
 _WORDS = ("mode", "armed", "failsafes", "mission_seq")
 _SHOWN = 4
+_ROUNDED_S = 0.00051  # both files have milliseconds
 _NOT_OURS = frozenset({"link", "storage"})  # events of sockets and disks, which a replay does not have
 
 
@@ -41,7 +42,8 @@ class Largest:
 @dataclass(slots=True)
 class LogDifference:
     """What the comparison found. `first`: a line for the first tick that differs, empty for none. `words`: number of
-    ticks with another mode, arming, failsafe or mission item."""
+    ticks with another mode, arming, failsafe or mission item. `missing_ticks`: those that only one log has.
+    `lost_ticks`: those at the log's end whose inputs it has lost, so that they were not done again."""
 
     ticks: int = 0
     differing: int = 0
@@ -50,6 +52,7 @@ class LogDifference:
     largest: list[Largest] = field(default_factory=lambda: [Largest(name, unit) for name, unit, _ in _GROUPS])
     words: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_WORDS, 0))
     missing_ticks: int = 0
+    lost_ticks: int = 0
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -67,9 +70,11 @@ class LogDifference:
 
     def report(self) -> str:
         """The comparison for a person."""
+        lost = [f"{self.lost_ticks} ticks at the end are not done again: the log has lost their inputs"]
+        lost = lost if self.lost_ticks else []
         if self.same:
-            return f"{self.ticks} ticks: the same to the last digit, events too"
-        lines = [f"{self.ticks} ticks, {self.differing} of them different from the log"]
+            return "\n".join([f"{self.ticks} ticks: the same to the last digit, events too", *lost])
+        lines = [f"{self.ticks} ticks, {self.differing} of them different from the log", *lost]
         lines += [f"{self.missing_ticks} ticks are in only one of the two"] if self.missing_ticks else []
         lines += [f"first: {self.first}"] if self.first else []
         lines += [f"first event: {self.first_event}"] if self.first_event else []
@@ -82,18 +87,22 @@ class LogDifference:
         return "\n".join(lines)
 
 
-def compare(recorded: Path, again: Path, warnings: list[str]) -> LogDifference:
-    """Compare `ticks.csv` and `events.csv` of two log folders. Raises OSError."""
-    result = LogDifference(warnings=warnings)
-    for then, now in itertools.zip_longest(_rows(recorded / "ticks.csv"), _rows(again / "ticks.csv")):
+def compare(recorded: Path, again: Path, done: int, warnings: list[str]) -> LogDifference:
+    """Compare `ticks.csv` and `events.csv` of two log folders. `done`: how many ticks were done again. Raises
+    OSError."""
+    result, last_s = LogDifference(warnings=warnings), -math.inf
+    both = itertools.zip_longest(_rows(recorded / "ticks.csv"), _rows(again / "ticks.csv"))
+    for number, (then, now) in enumerate(both):
         if then is None or now is None:
-            result.missing_ticks += 1
+            lost = now is None and number >= done
+            result.lost_ticks += lost
+            result.missing_ticks += not lost
             continue
         result.ticks += 1
-        if then == now:
-            continue
-        _add(result, then, now)
-    result.first_event = _first_event(recorded / "events.csv", again / "events.csv")
+        last_s = float(then["t_s"])
+        if then != now:
+            _add(result, then, now)
+    result.first_event = _first_event(recorded / "events.csv", again / "events.csv", last_s + _ROUNDED_S)
     return result
 
 
@@ -127,14 +136,17 @@ def _distance(then: str, now: str, unit: str) -> float:
 
 def _rows(path: Path) -> Iterator[dict[str, str]]:
     """Whole rows; an incomplete last one is omitted."""
-    with path.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
+    with path.open(encoding="utf-8", errors="replace", newline="\n") as file:
+        for row in csv.DictReader(line for line in file if line.endswith("\n")):
             if None not in row.values():
                 yield row
 
 
-def _first_event(recorded: Path, again: Path) -> str:
-    thens, nows = ([row for row in _rows(path) if row["name"] not in _NOT_OURS] for path in (recorded, again))
+def _first_event(recorded: Path, again: Path, until_s: float) -> str:
+    thens, nows = (
+        [row for row in _rows(path) if row["name"] not in _NOT_OURS and float(row["t_s"]) <= until_s]
+        for path in (recorded, again)
+    )
     for then, now in itertools.zip_longest(thens, nows):
         if then != now:
             row = then or now or {}

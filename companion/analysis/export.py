@@ -48,7 +48,7 @@ def export(folder: Path, formats: Sequence[str], out: Path, warnings: list[str])
         if "csv" in formats:
             written += [_write_csv(out / f"{name}.csv", table) for name, table in tables.items()]
         if "parquet" in formats:
-            written += _write_parquet(folder, tables, out)
+            written += _write_parquet(folder, tables, out, warnings)
     return written
 
 
@@ -86,7 +86,7 @@ def _write_csv(path: Path, table: Table) -> Path:
     return path
 
 
-def _write_parquet(folder: Path, tables: Mapping[str, Table], out: Path) -> list[Path]:
+def _write_parquet(folder: Path, tables: Mapping[str, Table], out: Path, warnings: list[str]) -> list[Path]:
     try:
         import pyarrow
         from pyarrow import csv as arrow_csv
@@ -99,10 +99,13 @@ def _write_parquet(folder: Path, tables: Mapping[str, Table], out: Path) -> list
         parquet.write_table(pyarrow.table(dict(table)), written[-1], compression="zstd")
     for name in ("ticks", "events", "truth"):
         source = folder / f"{name}.csv"
-        if source.exists():
-            whole = _whole_lines(source.read_bytes())
+        if not source.exists():
+            continue
+        if whole := _whole_lines(source.read_bytes()):
             written.append(out / f"{name}.parquet")
             parquet.write_table(arrow_csv.read_csv(pyarrow.BufferReader(whole)), written[-1], compression="zstd")
+        else:
+            warnings.append(f"{source.name}: left out: it holds no whole line")
     return written
 
 

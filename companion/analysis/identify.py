@@ -21,6 +21,7 @@ TOML_FILE = "identified.toml"
 PLOT_FILE = "identified.png"
 _AXES = (("surge", "m/s"), ("sway", "m/s"), ("yaw rate", "rad/s"))
 _READ, _FITTED = 0.15, 0.9  # shares of the whole after which the log is read, and the hull fitted
+_OUTSIDE = 0.6  # of the length, from the middle: farther out than a thruster that hangs over the end
 _BETTER = 0.9  # of the error of the model before, from which the new one is worth having
 _ENOUGH = 0.25  # relative uncertainty of a damping above which another manoeuvre is advised
 _ADVICE = (
@@ -91,8 +92,15 @@ def advice(model: HullModel, found: HullFit) -> list[str]:
             lines.append(f"{name} damping is uncertain by {drag.sigma / abs(drag.force):.0%}: {_ADVICE[axis]}")
         elif by_name[INERTIA[axis]].held and by_name[INERTIA[axis]].held != "as asked":
             lines.append(f"{INERTIA[axis]} is hardly determined by this log: {_ADVICE[axis]}, and change it quickly")
+    length_m = model.log.config.length_m
     for group in model.groups:
-        if by_name[f"x_m {group.name}"].held not in ("", "as asked"):
+        place = by_name[f"x_m {group.name}"]
+        if abs(place.value) > _OUTSIDE * length_m >= abs(group.x_m):
+            lines.append(
+                f"{group.name} would push at {place.value:.1f} m, outside the boat of {length_m:.1f} m: is a thruster "
+                "reversed, or does it get another one's command? `companion thruster-test` tells"
+            )
+        elif place.held not in ("", "as asked"):
             lines.append(f"where {group.name} push is hardly determined by this log: go sideways and turn with them")
     return lines
 

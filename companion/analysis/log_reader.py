@@ -7,10 +7,11 @@ import json
 import math
 import types
 import typing
-from collections.abc import Mapping
+from array import array
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from companion.config.actuators import BRIDGES
 from companion.config.devices import ActuatorConfig, SensorConfig
@@ -21,7 +22,7 @@ from companion.params.spec import ParamRefusal
 from companion.params.store import Parameters
 from companion.params.table import table_of
 
-Table = dict[str, list[float]]
+Table = dict[str, "array[float]"]
 
 
 class LogError(Exception):
@@ -80,12 +81,15 @@ def read_table(path: Path, columns: tuple[str, ...], warnings: list[str], option
 
     Raises LogError for a file without these columns, OSError.
     """
-    table: Table = {name: [] for name in (*columns, *optional)}
     with path.open("rb") as file:
-        lines = file.read().split(b"\n")
-    if lines[-1]:
-        warnings.append(f"{path.name}:{len(lines)}: incomplete line omitted")
-    rows = csv.reader(line.decode("utf-8", "replace") for line in lines[:-1])
+        return _table_of(file, path, columns, warnings, optional)
+
+
+def _table_of(
+    file: BinaryIO, path: Path, columns: tuple[str, ...], warnings: list[str], optional: tuple[str, ...]
+) -> Table:
+    table: Table = {name: array("d") for name in (*columns, *optional)}  # a fifth of what lists of floats take
+    rows = csv.reader(_whole_lines(file, path, warnings))
     header = next(rows, [])
     missing = [name for name in columns if name not in header]
     if missing:
@@ -103,7 +107,15 @@ def read_table(path: Path, columns: tuple[str, ...], warnings: list[str], option
         for name, value in zip(known, values, strict=True):
             table[name].append(value)
     count = len(table["t_s"]) if "t_s" in table else 0
-    return {name: values if name in known else [math.nan] * count for name, values in table.items()}
+    return {name: values if name in known else array("d", [math.nan]) * count for name, values in table.items()}
+
+
+def _whole_lines(file: BinaryIO, path: Path, warnings: list[str]) -> Iterator[str]:
+    for number, line in enumerate(file, start=1):
+        if line.endswith(b"\n"):
+            yield line[:-1].decode("utf-8", "replace")
+        else:
+            warnings.append(f"{path.name}:{number}: incomplete line omitted")
 
 
 def vessel_of(configuration: Any) -> VesselConfig:

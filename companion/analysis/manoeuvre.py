@@ -25,6 +25,7 @@ _LONGEST_DELAY_S = 0.3
 _WIND_S = 2.0  # window in which the measured wind is averaged
 _WIND_SHARE = 0.9  # share of ticks with a measured wind from which it is used
 _GAP_PERIODS = 1.6  # a longer pause between two ticks begins a new stretch
+_STRETCH_S = 2.0  # the shortest stretch that is used
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +101,15 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
             f"{log.folder}: {use.sum() * period_s:.0f} s armed with a position; "
             f"identifying a hull needs at least {_LEAST_S:.0f} s"
         )
+    stretches = _stretches(t_s[use], period_s)
+    if (whole_s := sum(b - a for a, b in stretches) * period_s) < _LEAST_S:
+        raise LogError(
+            f"{log.folder}: of {use.sum() * period_s:.0f} s armed with a position only {whole_s:.0f} s have no gap for "
+            f"{_STRETCH_S:.0f} s; identifying a hull needs at least {_LEAST_S:.0f} s of such stretches"
+        )
     azimuth = np.stack([values[f"{name}_azimuth_rad"] for name in names], axis=1)
     rest = np.array([thruster.azimuth_rad for thruster in log.config.thrusters])
-    yaw_rad, stretches = values["yaw_rad"][use], _stretches(t_s[use], period_s)
+    yaw_rad = values["yaw_rad"][use]
     velocity = np.stack([values[name][use] for name in ("surge_mps", "sway_mps", "yaw_rate_radps")], axis=1)
     velocity[:, 2] = timely(velocity[:, 2], yaw_rad, stretches, period_s)
     return Manoeuvre(
@@ -175,7 +182,7 @@ def _mean_azimuth(command: Array, log: Log, period_s: float) -> Array:
 def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
     breaks = np.flatnonzero(np.diff(t_s) > _GAP_PERIODS * period_s) + 1
     edges = [0, *breaks.tolist(), len(t_s)]
-    return tuple((a, b) for a, b in itertools.pairwise(edges) if (b - a) * period_s >= 2.0)
+    return tuple((a, b) for a, b in itertools.pairwise(edges) if (b - a) * period_s >= _STRETCH_S)
 
 
 def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:

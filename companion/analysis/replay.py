@@ -136,7 +136,7 @@ def replay(log: Log, out: Path) -> Replay:
 class _Truth:
     """Rows of truth.csv, read in order of time."""
 
-    def __init__(self, times_s: list[float], rows: list[tuple[float, ...]]) -> None:
+    def __init__(self, times_s: Sequence[float], rows: list[tuple[float, ...]]) -> None:
         self._times_s, self._rows = times_s, rows
         self._at = 0
 
@@ -152,5 +152,9 @@ def _truth(folder: Path, warnings: list[str]) -> _Truth | None:
     path = folder / "truth.csv"
     if not path.exists():
         return None
-    table = read_table(path, ("t_s", *_POSE), warnings)
+    try:
+        table = read_table(path, ("t_s", *_POSE), warnings)
+    except LogError as error:
+        warnings.append(str(error))
+        return None
     return _Truth(table["t_s"], list(zip(*(table[name] for name in _POSE), strict=True)))

@@ -30,6 +30,7 @@ _STAMP = struct.Struct(">Q")
 _MOST_LINKS = 6
 _OWN_FILES = ("ticks.csv", "truth.csv", "events.csv", "readings.csv", "pictures.csv", "geotags.csv", "replay.csv")
 _BIN_S = 5.0
+_STEP_S = 1.0  # of the computer's clock
 _READ, _HEARD = 0.45, 0.75  # shares of the whole after which the ticks, and the packets, are read
 _PACKETS_TOLD = 1000  # packets between two words about how many are read
 
@@ -50,13 +51,40 @@ def write_report(folder: Path, out: Path, told: Told = tell_nobody) -> Sequence[
     return recorded.warnings
 
 
+class _Clock:
+    """The boat's time of packets, in the order of the .tlog. A computer that keeps no time while it is off learns it
+    under way: each step of its clock begins a span of ticks with another difference to the boat's time."""
+
+    def __init__(self, recorded: Recorded) -> None:
+        unix_s, t_s = recorded.ticks["time_unix_ns"] * 1e-9, recorded.t_s
+        steps = np.flatnonzero(np.abs(np.diff(unix_s - t_s)) > _STEP_S) + 1
+        firsts = [0, *steps.tolist()]
+        lasts = [*(first - 1 for first in firsts[1:]), len(t_s) - 1]
+        self._spans = [(float(unix_s[a]), float(unix_s[b]), float(t_s[a])) for a, b in zip(firsts, lasts, strict=True)]
+        self._at, self._last_s = 0, 0.0
+
+    def boat_time_s(self, unix_s: float) -> float:
+        """The boat's time of the next packet."""
+        while self._at + 1 < len(self._spans) and (
+            unix_s < self._last_s - _STEP_S or self._outside_s(self._at + 1, unix_s) < self._outside_s(self._at, unix_s)
+        ):
+            self._at, self._last_s = self._at + 1, 0.0
+        self._last_s = unix_s
+        begun_s, _, t_s = self._spans[self._at]
+        return unix_s - begun_s + t_s
+
+    def _outside_s(self, span: int, unix_s: float) -> float:
+        begun_s, ended_s, _ = self._spans[span]
+        return max(begun_s - unix_s, unix_s - ended_s, 0.0)
+
+
 class Packets:
     """The .tlog of a run, read once: packets and gaps of each sender, and the plans that were accepted. `place`: (t_s,
     lat_deg, lon_deg) of this boat's first reported position."""
 
     def __init__(self, recorded: Recorded, told: Told = tell_nobody) -> None:
         self._folder = recorded.log.folder
-        begun_s = float(recorded.ticks["time_unix_ns"][0]) * 1e-9 - float(recorded.t_s[0])
+        clock = _Clock(recorded)
         self._own = int(recorded.log.parameters.get("MAV_SYS_ID", 1))
         self._times: dict[tuple[int, int], list[float]] = defaultdict(list)
         self._missing: dict[tuple[int, int], list[tuple[float, int]]] = defaultdict(list)
@@ -68,7 +96,7 @@ class Packets:
         numbers: dict[tuple[int, int], int] = {}
         for unix_s, message in _messages(self._folder / "telemetry.tlog", told):
             who = message.get_srcSystem(), message.get_srcComponent()
-            t_s = unix_s - begun_s
+            t_s = clock.boat_time_s(unix_s)
             self._times[who].append(t_s)
             if who[0] != self._own:  # our own packets are logged before each link numbers them
                 gap = (message.get_seq() - numbers.get(who, message.get_seq() - 1) - 1) % 256

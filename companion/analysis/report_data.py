@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from companion.analysis.log_reader import Log, LogError, open_log, read_table
 from companion.core.geodesy import LocalFrame
+from companion.record import mcap_log
+from companion.record.mcap_reader import has_end
 
 Array = NDArray[np.float64]
 
@@ -101,10 +103,12 @@ def read_log(folder: Path) -> Recorded:
         raise LogError(f"{folder}: {error.strerror}: ticks.csv") from error
     if len(table["t_s"]) < 2:
         raise LogError(f"{folder}: no ticks: the run ended before its first one")
-    ticks = {name: np.array(values) for name, values in table.items()}
+    ticks = {name: np.asarray(values) for name, values in table.items()}  # no copy: a day's log is large
     if not np.any(np.isfinite(ticks["lat_deg"])):
         _add_places(ticks, log)
     mode_names, modes = numbered(words["mode"])
+    if (folder / mcap_log.FILE).exists() and not has_end(folder / mcap_log.FILE):
+        warnings.append(f"{mcap_log.FILE}: has no end: the log was cut off, or is still written")
     events, truth = _events(folder / "events.csv"), _truth(folder, warnings)
     return Recorded(log, manifest, ticks, modes, mode_names, words, events, truth, warnings, _result(folder))
 

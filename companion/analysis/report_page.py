@@ -62,7 +62,7 @@ def _facts(recorded: Recorded) -> list[tuple[str, str]]:
     armed_s = float(np.sum(period[ticks["armed"] > 0.0]))
     rows = [
         ("vessel", recorded.log.config.name),
-        ("begun", _date(ticks["time_unix_ns"][0])),
+        ("begun", _date(ticks["time_unix_ns"][-1] - 1e9 * (t[-1] - t[0]))),  # a clock may have learnt the time since
         (
             "duration",
             f"{facts.duration(float(t[-1] - t[0]))}, armed {facts.duration(armed_s)}",
@@ -85,7 +85,7 @@ def _truth_facts(recorded: Recorded) -> Iterator[tuple[str, str]]:
 def _date(unix_ns: float) -> str:
     if not math.isfinite(unix_ns):
         return "?"
-    return str(np.datetime64(int(unix_ns), "ns").astype("datetime64[s]")).replace("T", " ") + " UTC"
+    return str(np.datetime64(round(unix_ns * 1e-9), "s")).replace("T", " ") + " UTC"
 
 
 # --- scenarios -----------------------------------------------------------------------------------------------------

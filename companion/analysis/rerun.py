@@ -61,14 +61,15 @@ def rerun(log: Log, out: Path) -> LogDifference:
     with tempfile.TemporaryDirectory() as kept:
         state = _state(log.folder / STATE_FOLDER, Path(kept))
         try:
-            _run(log, settings, state, out, warnings)
+            done = _run(log, settings, state, out, warnings)
         finally:
             if state is not None:
                 state.close()
-    return compare(log.folder, out, warnings)
+    return compare(log.folder, out, done, warnings)
 
 
-def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path, warnings: list[str]) -> None:
+def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path, warnings: list[str]) -> int:
+    """Returns how many ticks were done."""
     clock, link, bench = _Clock(), _Link(), _Bench(log.config)
     around = Surroundings(
         clock=clock,
@@ -83,6 +84,7 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
         devices=Devices(RealWorld(), bench.sensors, bench.actuators),
     )
     vessel: Vessel | None = None
+    done = 0
     ticks = read_ticks(readings.path_in(log.folder), warnings)
     try:
         for tick, (time_unix_ns, load) in _stamped(ticks, _stamps(log.folder)):
@@ -92,11 +94,13 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
             _serve(vessel, clock, link, tick)
             clock.time_s, vessel.load = tick.t_s, load
             vessel.tick(tick.t_s)
+            done += 1
     finally:
         if vessel is not None:
             vessel.close()
     if vessel is None:
         raise LogError(f"{readings.path_in(log.folder)}: no whole tick")
+    return done
 
 
 def _serve(vessel: Vessel, clock: _Clock, link: _Link, tick: RecordedTick) -> None:
@@ -167,12 +171,12 @@ def _stamped(
 def _stamps(folder: Path) -> Iterator[tuple[float, int, float]]:
     """(t_s, time_unix_ns, load) of each row of ticks.csv. The machine sets the latter two, so a replay takes them from
     the log."""
-    with (folder / "ticks.csv").open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
+    with (folder / "ticks.csv").open(encoding="utf-8", errors="replace", newline="\n") as file:
+        for row in csv.DictReader(line for line in file if line.endswith("\n")):
             try:
                 stamp = float(row["t_s"]), int(row["time_unix_ns"]), float(row["load"])
             except (TypeError, ValueError):
-                return  # an incomplete last row
+                return  # an incomplete row
             yield stamp
 
 

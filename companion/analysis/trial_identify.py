@@ -23,6 +23,7 @@ from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.config.rudder import RudderConfig
 from companion.core.progress import Told, part, tell_nobody
+from companion.record.replacing import replace_file
 
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
 _READ, _FITTED = 0.1, 0.9  # shares of the whole after which the log is read, and the hull fitted
@@ -254,7 +255,7 @@ def write(found: TrialIdentification, folder: Path, stem: str, date: str) -> tup
     matplotlib). Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     overlay = free_place(folder, stem, date)
-    overlay.write_text(found.overlay, encoding="utf-8")
+    replace_file(folder, overlay.name, found.overlay.encode())  # half an overlay could be accepted
     picture: Path | None = found.log.folder / "identified.png"
     try:
         assert picture is not None

@@ -28,9 +28,12 @@ def manoeuvres(folder: Path) -> tuple[Ran, ...]:
         return ()
     found: list[Ran] = []
     begun: tuple[str, float] | None = None
-    with path.open(encoding="utf-8", newline="") as file:
+    with path.open(encoding="utf-8", errors="replace", newline="") as file:
         for row in csv.DictReader(file):
-            text, t_s = row.get("text") or "", float(row["t_s"])
+            try:
+                text, t_s = row.get("text") or "", float(row["t_s"])
+            except (KeyError, TypeError, ValueError):
+                continue  # what a power cut left of a row
             if match := _RUNS.fullmatch(text):
                 begun = match[3], t_s
             elif begun is not None and (match := _RAN.fullmatch(text)):

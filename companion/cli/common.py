@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import errno
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -41,6 +42,11 @@ def chosen(option: str, asked: Sequence[str], known: Collection[str]) -> list[st
         if name not in known:
             raise UsageError(f"no {option} '{name}'{did_you_mean(name, known)}; --{option} list shows them")
     return list(asked or known)
+
+
+def typed(*words: object) -> str:
+    """A command of this program as a person types it in a shell."""
+    return f"companion {shlex.join(map(str, words))}"
 
 
 def add_clock_to(parser: argparse.ArgumentParser) -> None:

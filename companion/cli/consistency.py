@@ -90,7 +90,7 @@ def _works(arguments: argparse.Namespace, case: str) -> list[_Work]:
 
 
 def _sailed(works: Sequence[_Work], out: Path, jobs: int) -> list[Run]:
-    """The runs, from their files where these are of this commit."""
+    """The runs, from their files where these are of this commit and vessel."""
     if jobs == 1:
         return [_run(work, out) for work in works]
     from sitl.sweep.interrupts import held_back
@@ -109,17 +109,19 @@ def _sailed(works: Sequence[_Work], out: Path, jobs: int) -> list[Run]:
 def _run(work: _Work, out: Path) -> Run:
     """A run from its file, sailed and written where there is none."""
     from sitl.evaluate.consistency import Run, Sample
+    from sitl.sweep.plan import contents_of
     from sitl.sweep.provenance import commit
 
     file = work.file(out)
+    made_by = {"commit": commit(), "contents": contents_of(work.vessel)}
     if file.is_file():
         kept = json.loads(file.read_text(encoding="utf-8"))
-        if kept["commit"] == commit():
+        if {"commit": kept["commit"], "contents": kept.get("contents", "")} == made_by:
             return Run(tuple(Sample(**sample) for sample in kept["samples"]), kept["innovations"])
     run = _sail(work)
     file.parent.mkdir(parents=True, exist_ok=True)
     part = file.with_suffix(".part")
-    part.write_text(json.dumps({"commit": commit(), **asdict(run)}) + "\n", encoding="utf-8")
+    part.write_text(json.dumps({**made_by, **asdict(run)}) + "\n", encoding="utf-8")
     part.replace(file)
     return run
 

@@ -49,7 +49,11 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     from sitl.evaluate.table import table
 
     vessel = load_vessel(arguments.vessel)
-    runs = {label: _judged(label, folder, vessel, arguments) for label, folder in map(_run, arguments.runs)}
+    named = [_run(text) for text in arguments.runs]
+    labels = [label for label, _ in named]
+    if twice := next((label for label in labels if labels.count(label) > 1), None):
+        raise UsageError(f"two runs are called '{twice}': a column needs a label of its own")
+    runs = {label: _judged(label, folder, vessel, arguments) for label, folder in named}
     for text in table(runs):
         print(text)
     return 0

@@ -10,7 +10,7 @@ from typing import Any
 
 from companion.analysis.log_reader import open_log
 from companion.cli import realtime
-from companion.cli.common import add_time_span, judge_out_folder, print_warnings
+from companion.cli.common import add_time_span, judge_out_folder, print_warnings, typed
 from companion.cli.progress import bar
 from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
@@ -98,5 +98,5 @@ def _identify_trial(arguments: argparse.Namespace) -> int:
     overlay, picture = write(found, folder, stem, datetime.now(UTC).date().isoformat())
     print(found.text, "", f"written: {overlay}", *([] if picture is None else [f"written: {picture}"]), sep="\n")
     option = "" if vessel_file is not None else " --vessel VESSEL"
-    print(f"Nothing changes until you accept it: companion trial accept {overlay}{option}")
+    print(f"Nothing changes until you accept it: {typed('trial', 'accept', overlay)}{option}")
     return 0

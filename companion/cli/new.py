@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import UsageError
+from companion.cli.common import UsageError, typed
 from companion.cli.drawing import characters
 from companion.cli.new_file import BOARDS, FORMS, LAYOUTS, RECEIVERS, Answers, file_text
 from companion.config.dimensions import motors
@@ -243,8 +243,8 @@ def _written(arguments: argparse.Namespace, asks: bool) -> int:
     if asks and not _confirmed(f"Write {arguments.file}?"):
         return 1
     arguments.file.write_text(text, encoding="utf-8")
-    print(f"{arguments.file}: written. Next: companion check {arguments.file}")
-    print(f"and, to sail it in simulation: companion run {arguments.file} --sitl")
+    print(f"{arguments.file}: written. Next: {typed('check', arguments.file)}")
+    print(f"and, to sail it in simulation: {typed('run', arguments.file, '--sitl')}")
     return 0
 
 

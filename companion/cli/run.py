@@ -25,6 +25,7 @@ from companion.cli.common import (
     new_folder,
     outlive_outputs,
     print_warnings,
+    typed,
 )
 from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
 from companion.cli.console import add_feed, add_option_to, start_console, stop_console
@@ -268,5 +269,5 @@ def _print_summary(lines: Sequence[str], log_folder: Path, had_trial: bool) -> N
         print(line)
     print(f"log:   {log_folder}")
     if had_trial:
-        print(f"`companion trial report {log_folder}` shows what the trial found")
-    print(f"`companion report {log_folder}` shows it", flush=True)
+        print(f"`{typed('trial', 'report', log_folder)}` shows what the trial found")
+    print(f"`{typed('report', log_folder)}` shows it", flush=True)

@@ -26,6 +26,7 @@ from companion.cli.common import (
     judge_log_folder,
     new_folder,
     no_log,
+    typed,
 )
 from companion.cli.composition import WhileThereIsSpace
 from companion.cli.physics import parse_physics, serve_physics
@@ -114,7 +115,7 @@ def _sitl(arguments: argparse.Namespace) -> int:
             print(f"  {device.name:16} {urls[device.name]:36} {device.port.shown}")
         truths = _truth_logs(config, world, arguments)
         speed = "" if arguments.speed == 1.0 else f" --speed {arguments.speed:g}"
-        print(f"for: companion run {arguments.vessel} --devices {folder}{speed}", flush=True)
+        print(f"for: {typed('run', arguments.vessel, '--devices', folder)}{speed}", flush=True)
         try:
             driven = driven_clock(arguments.clock, time.time_ns()) if arguments.clock else None
             _simulate(plant, driven or WallClock(arguments.speed), truths, interrupt, arguments.duration)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from companion.cli.common import UsageError
+from companion.cli.common import UsageError, typed
 from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep_progress import SweepProgress
@@ -112,7 +112,7 @@ def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], b
         rows = [journal.rows[key] for key, _ in runs if key in journal.rows]
     failed = sum(not row.ok for row in rows)
     print(f"{len(rows)} of {len(runs)} runs sailed, {failed} failed{over}")
-    print(f"written: {folder / PARQUET}; `companion sweep report {folder}` reports on it")
+    print(f"written: {folder / PARQUET}; `{typed('sweep', 'report', folder)}` reports on it")
     return 1 if failed else 0
 
 

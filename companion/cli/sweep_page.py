@@ -32,13 +32,14 @@ Comparisons = Mapping[str, Sequence[Comparison]]
 _CLEAR = 0.05  # of an adjusted p
 _MOST_CURVES = 8
 _BINS = 30
+_ROUNDING = 1e-12
 _HINT = (
     f"Intervals hold {100.0 * CONFIDENCE:.0f} %: of failures Wilson's, of percentiles by bootstrap. The margin is how "
     "far the check nearest to failing was from its limit, as a share of the limit; below 0 it failed."
 )
 _PAIRED = (
-    "Pairs have the same scenario, vessel, settings and seed. Medians: Wilcoxon's signed-rank test, p adjusted for all "
-    "metrics of the page after Benjamini and Hochberg. Failures: McNemar's exact test."
+    "Pairs have the same scenario, vessel, settings, faults and seed. Medians: Wilcoxon's signed-rank test, p adjusted "
+    "for all metrics of the page after Benjamini and Hochberg. Failures: McNemar's exact test."
 )
 
 
@@ -254,6 +255,8 @@ def _drawn(name: str, values: Mapping[str, np.ndarray[tuple[int], np.dtype[np.fl
     drawn = new_figure(11.0, 3.0)
     counts, shares = drawn.subplots(1, 2)
     every = np.concatenate(list(values.values()))
+    if np.ptp(every) <= _ROUNDING * np.max(np.abs(every)):
+        every = every[:1]  # numpy makes no bins between values that differ by rounding alone
     bins = np.histogram_bin_edges(every, bins=min(_BINS, max(5, math.isqrt(len(every)))))
     for point, found in values.items():
         counts.hist(found, bins=bins, histtype="step", label=point)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import UsageError, print_warnings
+from companion.cli.common import UsageError, judge_out_folder, print_warnings, typed
 from companion.cli.trial_results import REPORT, accept, accept_overlay, undo
-from companion.config.overlay import accepted, in_force, is_overlay, overlays
+from companion.config.overlay import accepted, copy_beside, in_force, is_overlay, overlays
 from companion.config.vessel import find
 
 
@@ -53,10 +52,7 @@ def _accept(arguments: argparse.Namespace) -> int:
     vessel_file = overlay.with_name(overlay.name.split(".trial-")[0] + ".toml")
     if arguments.vessel is not None:
         vessel_file = find(arguments.vessel)
-        place = vessel_file.with_name(vessel_file.stem + ".trial-" + overlay.name.split(".trial-")[1])
-        if place.resolve() != overlay.resolve():
-            shutil.copyfile(overlay, place)
-        overlay = place
+        overlay = copy_beside(overlay, vessel_file)
     if not vessel_file.is_file():
         raise UsageError(f"{vessel_file}: no such vessel beside the overlay; name it with --vessel")
     try:
@@ -75,7 +71,12 @@ def _accept_newest(vessel_file: Path) -> int:
 
 
 def _accepted(vessel_file: Path, overlay: Path) -> int:
-    print(f"accepted: {overlay}, from the next start on. Back: companion trial undo {vessel_file}")
+    back = typed("trial", "undo", vessel_file)
+    counts = in_force(vessel_file)
+    if counts is None or counts.resolve() == overlay.resolve():
+        print(f"accepted: {overlay}, from the next start on. Back: {back}")
+    else:
+        print(f"accepted: {overlay}, but the newer {counts} counts until it is undone: {back}")
     return 0
 
 
@@ -108,6 +109,8 @@ def _report(arguments: argparse.Namespace) -> int:
     from companion.cli.keeping import keepings
 
     out = arguments.out or arguments.folder / REPORT
+    if arguments.folder.is_dir():
+        judge_out_folder(out.parent)
     found = identify_trial(open_log(arguments.folder))
     kept = keepings(found, arguments.after, not arguments.no_prediction)
     print_warnings(write_report(found, out, kept))

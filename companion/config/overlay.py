@@ -34,6 +34,22 @@ def free_place(folder: Path, vessel: str, date: str) -> Path:
     return next((place for name in names if not (place := folder / name).exists()), folder / overlay_name(vessel, date))
 
 
+def copy_beside(overlay: Path, vessel_file: Path) -> Path:
+    """Copy an overlay of another folder beside a vessel's file, unless it is there, and return its place. Another of
+    the same day stays as it is. Raises OSError."""
+    text = overlay.read_text(encoding="utf-8")
+    for there in overlays(vessel_file):
+        if _not_accepted(there.read_text(encoding="utf-8")) == _not_accepted(text):
+            return there
+    place = free_place(vessel_file.parent, vessel_file.stem, overlay.name.split(_MARK)[1].removesuffix(".toml"))
+    place.write_text(text, encoding="utf-8")
+    return place
+
+
+def _not_accepted(text: str) -> str:
+    return _ACCEPTED.sub("accepted = false", text, count=1)
+
+
 def overlays(vessel_file: Path) -> tuple[Path, ...]:
     """All overlays beside a vessel's file, the oldest first."""
     return tuple(sorted(vessel_file.parent.glob(f"{vessel_file.stem}{_MARK}*.toml")))

@@ -3,6 +3,7 @@ warning."""
 
 from __future__ import annotations
 
+import os
 import struct
 from collections import deque
 from collections.abc import Iterator
@@ -70,6 +71,14 @@ def messages(path: Path, warnings: list[str]) -> Iterator[LoggedMessage]:
                         yield LoggedMessage(channel, names[channel.schema_id], record.log_time, record.data)
         except _DAMAGE as error:
             warnings.append(f"{path.name}: {Opcode(opcode).name.lower()} at byte {at} left out: {error}")
+
+
+def has_end(path: Path) -> bool:
+    """Whether the run that wrote the file has ended it; that of a power cut, or one that goes on, has not. Raises
+    OSError."""
+    with path.open("rb") as file:
+        file.seek(-min(len(MAGIC), path.stat().st_size), os.SEEK_END)
+        return file.read() == MAGIC and file.tell() > len(MAGIC)
 
 
 def _records(path: Path, warnings: list[str]) -> Iterator[tuple[int, int, bytes]]:

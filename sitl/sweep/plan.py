@@ -12,6 +12,7 @@ from functools import cache
 
 from scipy.stats import qmc
 
+from companion.config.overlay import in_force
 from companion.config.vessel import bundled, find
 from sitl.scenarios.scenario import Scenario
 from sitl.sweep.design import DesignConfig, PartConfig, Value, fields_in, text_of
@@ -46,14 +47,19 @@ class Run:
 
 def key_of(run: Run) -> str:
     """What tells a run from all others: 16 hexadecimal digits. A vessel that is a file counts with its contents."""
-    text = json.dumps([run.scenario, run.vessel, _contents(run.vessel), run.seed, run.settings, run.faults])
+    text = json.dumps([run.scenario, run.vessel, contents_of(run.vessel), run.seed, run.settings, run.faults])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @cache
-def _contents(vessel: str) -> str:
-    """A digest of a vessel's own file; empty for a bundled one, which the commit names."""
-    return "" if vessel in bundled() else hashlib.sha256(find(vessel).read_bytes()).hexdigest()
+def contents_of(vessel: str) -> str:
+    """A digest of a vessel's own file, and of the trial's overlay that counts; empty for a bundled one without an
+    overlay, which the commit names."""
+    file = find(vessel)
+    overlay = in_force(file)
+    own = b"" if vessel in bundled() else file.read_bytes()
+    data = own if overlay is None else own + overlay.read_bytes()
+    return hashlib.sha256(data).hexdigest() if data else ""
 
 
 def runs_of(design: DesignConfig, scenarios: Mapping[str, Scenario]) -> list[Run]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sitl.sweep.rows import Row
+from sitl.sweep.rows import Row, SweepError
 from sitl.sweep.statistics import (
     Estimated,
     Paired,
@@ -54,7 +54,8 @@ class PointSummary:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One design point in two sets of runs, paired by seed and settings. `unpaired`: runs that only one set has."""
+    """One design point in two sets of runs, paired by seed, settings and faults. `unpaired`: runs that one set alone
+    has."""
 
     point: str
     scenario: str
@@ -70,9 +71,9 @@ def summaries(rows: Iterable[Row]) -> list[PointSummary]:
 
 def compared(first: Sequence[Row], second: Sequence[Row], by: str | None = None) -> list[Comparison]:
     """The second set of runs against the first, point by point. `by`: a setting that differs between both, which is
-    left out in pairing. Every p is adjusted for all tests of metrics."""
-    ours = {_pair_of(row, by): row for row in first}
-    theirs = {_pair_of(row, by): row for row in second}
+    left out in pairing. Every p is adjusted for all tests of metrics. Raises SweepError where one set has several
+    values of it."""
+    ours, theirs = _by_pair(first, by), _by_pair(second, by)
     groups: dict[str, list[tuple[Row, Row]]] = {}
     for pair, row in ours.items():
         if pair in theirs:
@@ -133,7 +134,20 @@ def _distribution(name: str, rows: Sequence[Row]) -> Distribution | None:
 
 def _pair_of(row: Row, by: str | None) -> tuple[object, ...]:
     settings = tuple(sorted((key, value) for key, value in row.settings.items() if key != by))
-    return row.scenario, row.vessel, settings, row.seed
+    return row.scenario, row.vessel, settings, row.faults, row.seed
+
+
+def _by_pair(rows: Sequence[Row], by: str | None) -> dict[tuple[object, ...], Row]:
+    found: dict[tuple[object, ...], Row] = {}
+    for row in rows:
+        other = found.setdefault(_pair_of(row, by), row)
+        if by is not None and other.settings.get(by) != row.settings.get(by):
+            raise SweepError(
+                f"--by {by}: one sweep has {row.scenario} with several values of it, so it is not clear which "
+                "are pairs; leave out --by or --against"
+            )
+        found[_pair_of(row, by)] = row
+    return found
 
 
 def _point_without(point: str, by: str | None) -> str:

@@ -26,6 +26,7 @@ from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission.plan import PlanItem, PlanKind
 from companion.record.protobuf import parts_of
 from companion.record.readings import read_ticks
+from companion.record.recorder import LogFolder
 from companion.record.state_file import StateFile
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.rig import Conditions
@@ -321,6 +322,43 @@ def test_a_power_cut_leaves_a_run_that_can_be_done_again(recorded: Path, tmp_pat
         (log / name).write_bytes(data[: len(data) // 2 | 1])
     result = rerun(open_log(log), tmp_path / "again")
     assert result.ticks > 100 and result.differing == 0 and result.warnings
+
+
+@pytest.mark.parametrize("name", ["log.mcap", "ticks.csv", "events.csv"])
+def test_a_run_whose_files_a_power_cut_left_of_other_lengths_is_the_same_as_far_as_it_goes(
+    recorded: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = copied(recorded, tmp_path)
+    data = (log / name).read_bytes()
+    at = data.rindex(b"\n", 0, 3 * len(data) // 4) - 1  # in the last cell of a row
+    (log / name).write_bytes(data[:at] + (b"\xc2" if name == "events.csv" else b""))
+    assert main(["replay", str(log), "--all", "--out", str(tmp_path / "again")]) == 0
+    said = capsys.readouterr().out
+    assert ", 0 of them different" in said if name == "events.csv" else "the same to the last digit, events too" in said
+    assert ("ticks at the end are not done again: the log has lost their inputs" in said) is (name == "log.mcap")
+
+
+def test_a_log_of_the_replay_that_stopped_is_not_the_same(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, again = copied(recorded, tmp_path), tmp_path / "again"
+
+    def half(self: LogFolder) -> None:
+        close(self)
+        data = (again / "ticks.csv").read_bytes()
+        (again / "ticks.csv").write_bytes(data[: len(data) // 2])
+
+    close = LogFolder.close
+    monkeypatch.setattr(LogFolder, "close", half)
+    result = rerun(open_log(log), again)
+    assert result.missing_ticks > 50 and result.lost_ticks == 0 and not result.within(1.0)
+
+
+def test_a_truth_of_which_a_power_cut_left_nothing_is_told(recorded: Path, tmp_path: Path) -> None:
+    log = copied(recorded, tmp_path)
+    (log / "truth.csv").write_bytes(b"")
+    result = replay(open_log(log), tmp_path / "replay.csv")
+    assert result.against_truth is None and any("truth.csv" in warning for warning in result.warnings)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.90001])

@@ -87,6 +87,8 @@ def test_a_reversed_thruster_and_too_few_points_are_refused() -> None:
         fit(np.array([0.5, 1.0]), np.array([10.0, 40.0]))
     with pytest.raises(BollardError, match=r"no measurements|too few"):
         fit(np.array([]), np.array([]))
+    with pytest.raises(BollardError, match="throttles that pull"):
+        fit(throttle, np.zeros_like(force))
 
 
 def test_a_linear_thruster_is_told() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import gpxpy
@@ -82,6 +83,17 @@ def test_what_cannot_be_exported_is_said(exported: Path, tmp_path: Path, capsys:
     assert "one or more of csv, gpx, kml, geojson, parquet" in capsys.readouterr().err
     assert main(["export", str(tmp_path), "--to", "gpx"]) == 2
     assert "no log folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("left", [b"", b"t_s,time_un", b"\0" * 512])
+def test_a_table_of_which_a_power_cut_left_no_line_is_left_out_with_a_word(
+    exported: Path, tmp_path: Path, left: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = shutil.copytree(exported, tmp_path / "log", ignore=shutil.ignore_patterns("export"))
+    (log / "events.csv").write_bytes(left)
+    assert main(["export", str(log), "--to", "parquet"]) == 0
+    assert "warning: events.csv: left out" in capsys.readouterr().err
+    assert not (log / "export" / "events.parquet").exists() and (log / "export" / "truth.parquet").exists()
 
 
 def test_sizes() -> None:

@@ -234,6 +234,15 @@ def test_what_the_manoeuvre_does_not_tell_stays_near_the_model_and_is_said(tmp_p
     )
 
 
+def test_a_thruster_that_would_push_outside_the_boat_is_doubted(log: Log, found: HullFit) -> None:
+    """As the fit has one that is reversed, or that gets the command of another one."""
+    model = HullModel(log, read_manoeuvre(log, []))
+    assert not any("outside the boat" in line for line in advice(model, found))
+    moved = [replace(one, value=-3.6) if one.name == "x_m bow" else one for one in found.estimates]
+    (line,) = [line for line in advice(model, replace(found, estimates=tuple(moved))) if "bow" in line]
+    assert line.startswith("bow would push at -3.6 m, outside the boat of 3.0 m: is a thruster reversed")
+
+
 def test_a_coupling_that_the_file_lacks_is_found(tmp_path: Path) -> None:
     """A hull whose drag has its centre ahead of the middle, with lift, against a file that has neither."""
     damping = replace(TRUE.damping, n_v=10.0, n_vv=120.0, y_r=8.0, y_rr=60.0, y_uv=120.0, n_uv=-100.0, n_ur=80.0)
@@ -286,6 +295,16 @@ def test_what_cannot_be_identified_is_said(log: Log, tmp_path: Path) -> None:
         read_manoeuvre(log, [], from_s=190.0)
     with pytest.raises(LogError, match="m44"):
         identify(log, tmp_path, to_s=60.0, hold=("m44",))
+
+
+@pytest.mark.parametrize("every", [2, 15])
+def test_a_log_with_a_gap_at_every_moment_is_no_manoeuvre(log: Log, tmp_path: Path, every: int) -> None:
+    """As of a computer that is too slow for the control rate, or of a receiver that comes and goes."""
+    head, *rows = (log.folder / "ticks.csv").read_text(encoding="utf-8").splitlines()
+    kept = [row for number, row in enumerate(rows) if number % every]
+    (tmp_path / "ticks.csv").write_text("\n".join([head, *kept]) + "\n", encoding="utf-8")
+    with pytest.raises(LogError, match="only 0 s have no gap for 2 s"):
+        identify(replace(log, folder=tmp_path), tmp_path)
 
 
 def test_a_hull_that_no_plant_has_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

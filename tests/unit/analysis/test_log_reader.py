@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -64,7 +65,21 @@ def test_a_table_cut_off_in_its_last_line(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text('t_s,name,x\n0.0,"a",1.5\n0.1,"b",\n0.2,"c",x\n0.3,"d"\n0.4,"e",2', encoding="utf-8")
     table = read_table(path, ("t_s", "x"), warnings)
-    assert table["t_s"] == [0.0, 0.1] and table["x"][0] == 1.5 and math.isnan(table["x"][1])
+    assert list(table["t_s"]) == [0.0, 0.1] and table["x"][0] == 1.5 and math.isnan(table["x"][1])
     assert len(warnings) == 3
     with pytest.raises(LogError, match="no column y"):
         read_table(path, ("y",), [])
+
+
+def test_a_long_log_takes_little_more_memory_than_its_numbers(tmp_path: Path) -> None:
+    """So that the report of a day can be made on the boat."""
+    path, count = tmp_path / "t.csv", 20_000
+    names = [f"x{n}" for n in range(20)]
+    rows = (",".join([f"{k / 10}", *(f"{k + n / 7:.5f}" for n in range(20))]) for k in range(count))
+    path.write_text("\n".join([",".join(["t_s", *names]), *rows]) + "\n", encoding="utf-8")
+    tracemalloc.start()
+    table = read_table(path, ("t_s", *names), [], ("later",))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(table["t_s"]) == len(table["later"]) == count
+    assert most < 1.5 * 8 * count * 22

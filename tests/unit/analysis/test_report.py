@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import struct
+from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -147,9 +149,6 @@ def test_what_the_page_says_of_the_run_is_what_the_log_says(sailed: Path) -> Non
 
 
 def test_lost_packets_are_counted_by_their_numbers(sailed: Path, tmp_path: Path) -> None:
-    import shutil
-    import struct
-
     copy = tmp_path / "copy"
     shutil.copytree(sailed, copy)
     data = (sailed / "telemetry.tlog").read_bytes()
@@ -168,11 +167,37 @@ def test_lost_packets_are_counted_by_their_numbers(sailed: Path, tmp_path: Path)
     assert dropped > 3 and int(station[2]) in (dropped, dropped - 1)  # the very last one leaves no gap
 
 
+@pytest.mark.parametrize(("after", "by_s"), [(1, 3.2e7), (40, 3.2e7), (40, -6.0), (40, -3.2e7), (40, 7.0)])
+def test_a_clock_that_steps_moves_neither_links_nor_waypoints(
+    sailed: Path, tmp_path: Path, after: int, by_s: float
+) -> None:
+    """As of a computer without a battery for its clock, which learns the time under way."""
+    copy = shutil.copytree(sailed, tmp_path / "copy")
+    head, *rows = [row.split(",") for row in (copy / "ticks.csv").read_text(encoding="utf-8").splitlines()]
+    at = head.index("time_unix_ns")
+    before_us = int(rows[after][at]) // 1000
+    for row in rows[after:]:
+        row[at] = str(int(row[at]) + round(by_s * 1e9))
+    (copy / "ticks.csv").write_text("".join(",".join(row) + "\n" for row in [head, *rows]), encoding="utf-8")
+    data, place = bytearray((copy / "telemetry.tlog").read_bytes()), 0
+    while place < len(data):
+        (stamp_us,) = struct.unpack_from(">Q", data, place)
+        if stamp_us >= before_us:
+            struct.pack_into(">Q", data, place, stamp_us + round(by_s * 1e6))
+        place += 8 + 12 + data[place + 9]
+    (copy / "telemetry.tlog").write_bytes(data)
+    was, now = (Packets(read_log(folder)) for folder in (sailed, copy))
+    assert now.place == pytest.approx(was.place, abs=0.2)
+    for then, link in zip(was.links(), now.links(), strict=True):
+        assert np.abs(link.packets - then.packets).sum() <= 0.05 * then.packets.sum()
+    write_report(copy, tmp_path / "page.html")
+    begun = datetime(2026, 6, 1, 12, tzinfo=UTC) + timedelta(seconds=by_s)
+    assert f"<td>begun</td><td>{begun:%Y-%m-%d %H:%M:%S} UTC</td>" in (tmp_path / "page.html").read_text("utf-8")
+
+
 def test_a_log_cut_off_is_reported_with_a_word(
     sailed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import shutil
-
     copy = tmp_path / "cut"
     shutil.copytree(sailed, copy)
     for name in ("ticks.csv", "telemetry.tlog", "events.csv"):
@@ -181,6 +206,25 @@ def test_a_log_cut_off_is_reported_with_a_word(
     assert main(["report", str(copy), "--out", str(tmp_path / "cut.html")]) == 0
     assert "incomplete line omitted" in capsys.readouterr().err
     assert (tmp_path / "cut.html").stat().st_size > 100_000
+
+
+@pytest.mark.parametrize("left", [0, 5, 8, -1, -40, -5000])
+def test_a_log_that_a_power_cut_ended_between_two_rows_is_not_complete(
+    sailed: Path, tmp_path: Path, left: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = shutil.copytree(sailed, tmp_path / "cut")
+    assert log_verdict(copy) == (Level.GOOD, "complete")
+    (copy / "log.mcap").write_bytes((copy / "log.mcap").read_bytes()[:left])
+    assert log_verdict(copy) == (Level.BAD, "log.mcap: has no end: the log was cut off, or is still written")
+    assert main(["report", str(copy)]) == 0
+    assert "warning: log.mcap: has no end" in capsys.readouterr().err
+    (copy / "log.mcap").unlink()
+    assert log_verdict(copy) == (Level.GOOD, "complete"), "as of versions before it"
+
+
+def log_verdict(folder: Path) -> tuple[Level, str]:
+    (line,) = [line for line in verdicts(read_log(folder), []) if line.subject == "log"]
+    return line.level, line.text
 
 
 def test_what_is_no_log_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -32,6 +32,16 @@ def test_manoeuvres_of_a_log(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("end", [b"\0" * 300, b'31.0,0,INFO,other,"5 \xc2', b"3"])
+def test_what_a_power_cut_left_of_a_row_is_no_manoeuvre(tmp_path: Path, end: bytes) -> None:
+    (tmp_path / "events.csv").write_text(EVENTS, encoding="utf-8")
+    whole = manoeuvres(tmp_path)
+    (tmp_path / "events.csv").write_bytes(EVENTS.encode() + end)
+    assert manoeuvres(tmp_path) == whole
+    (tmp_path / "events.csv").write_bytes(b"time" + EVENTS.encode())
+    assert manoeuvres(tmp_path) == ()
+
+
 def write(folder: Path, rows: list[tuple[float, float, float, float, float]]) -> None:
     """`rows`: t, north, east, yaw, surge."""
     lines = ["t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps"]

@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -35,6 +36,14 @@ def test_every_layout_on_every_board_becomes_a_boat(tmp_path: Path, layout: str,
 def test_the_short_name_is_that_of_the_file(tmp_path: Path, file: str, name: str) -> None:
     assert main(["new", str(tmp_path / file), "--yes", *CATAMARAN[2:]]) == 0
     assert load(tmp_path / file).name == name
+
+
+def test_what_to_type_next_is_what_a_shell_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "my böat's 2.toml"
+    assert main(["new", str(file), "--yes", *CATAMARAN]) == 0
+    said = capsys.readouterr().out
+    (check, run) = (shlex.split(line) for line in re.findall(r": companion (.*)", said))
+    assert check == ["check", str(file)] and run == ["run", str(file), "--sitl"]
 
 
 def test_help_has_the_choices_in_running_text(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
+import re
+import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +18,7 @@ from companion.cli.sweep import sweep
 from companion.cli.sweep_progress import SweepProgress
 from companion.config.vessel import ConfigError
 from companion.core.progress import tell_nobody
-from sitl.sweep.rows import JOURNAL, PARQUET, Row, SweepError, read_parquet
+from sitl.sweep.rows import JOURNAL, PARQUET, Row, SweepError, read_parquet, write_parquet
 from sitl.sweep.sailing import Sail
 from tests.unit.sitl.sweep.fake_sails import TALE, sail, told_sail
 from tests.unit.sitl.sweep.made import rows
@@ -65,6 +67,14 @@ def test_a_file_alone_is_sailed_and_report_is_a_task() -> None:
     assert parse(["sweep", "night.toml", "--keep"]) == parse(["sweep", "run", "night.toml", "--keep"])
     assert parse(["sweep", "--keep", "night.toml"]) == parse(["sweep", "run", "night.toml", "--keep"])
     assert parse(["sweep", "report", "out"]).folder == Path("out")
+
+
+def test_the_command_of_the_report_is_what_a_shell_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "my sweeps"
+    folder.mkdir()
+    sail_it(folder)
+    (command,) = re.findall("`companion (.*)` reports on it", capsys.readouterr().out)
+    assert shlex.split(command) == ["sweep", "report", str(folder / "out")]
 
 
 def test_a_sweep_that_is_cut_off_goes_on_and_sails_nothing_twice(
@@ -197,6 +207,16 @@ def test_a_sweep_that_was_killed_is_reported_from_its_journal(tmp_path: Path) ->
     assert found(tmp_path) == whole
 
 
+def test_a_metric_that_differs_by_rounding_alone_has_its_picture(tmp_path: Path) -> None:
+    same = [
+        replace(row, metrics={"time_s": value})
+        for row, value in zip(rows(2, tmp_path), (171.2, 171.20000000000002), strict=True)
+    ]
+    write_parquet(same, tmp_path / PARQUET)
+    assert main(["sweep", "report", str(tmp_path)]) == 0
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").count("data:image/png") == 1
+
+
 def test_a_report_without_matplotlib_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,8 +235,6 @@ def shifted(folder: Path) -> Path:
         replace(row, ok=True, error=None, commit="new", metrics={n: v - 0.01 for n, v in row.metrics.items()})
         for row in read_parquet(folder / "out" / PARQUET)
     ]
-    from sitl.sweep.rows import write_parquet
-
     write_parquet(better, other / PARQUET)
     return other
 
@@ -230,6 +248,16 @@ def test_two_sweeps_are_compared_pair_by_pair(tmp_path: Path, capsys: pytest.Cap
     assert "hold revolt gnss=rtk: 10 pairs, failures 4 → 0, p 0.125" in said
     assert "position_rms_m: median" in said
     assert "median difference" in (other / "report.html").read_text(encoding="utf-8")
+
+
+def test_sweeps_that_have_several_values_of_a_setting_are_not_paired_without_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sail_it(tmp_path)
+    other = shifted(tmp_path)
+    capsys.readouterr()
+    assert main(["sweep", "report", str(other), "--against", str(tmp_path / "out"), "--by", "gnss"]) == 2
+    assert "--by gnss: one sweep has hold with several values of it" in capsys.readouterr().err
 
 
 def test_the_values_of_a_setting_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

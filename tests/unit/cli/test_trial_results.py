@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+import resource
 import shutil
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from companion.analysis.trial_identify import write
 from companion.cli.main import main
 from companion.cli.trial_results import FileTrials, IdentifyProcess, finding_of, line_of
-from companion.config.overlay import free_place, in_force
+from companion.config.overlay import free_place, in_force, overlays
 from companion.config.vessel import find, load
 from companion.core.storing import Stored
 from companion.core.trial_results import TrialFinding, TrialResultError
@@ -52,6 +55,29 @@ def test_a_finding_is_proposed_accepted_and_undone(vessel_file: Path) -> None:
     assert trials.undo().durable and load(vessel_file) == before
     assert trials.undo().reason.endswith("nothing to undo")
     trials.close()
+
+
+def test_an_overlay_for_which_there_is_no_room_is_none(vessel_file: Path) -> None:
+    """Half of one could be accepted: what is cut off after a line is a valid file."""
+    whole = SimpleNamespace(overlay=OVERLAY)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(OVERLAY) // 2, limits[1]))
+    try:
+        with pytest.raises(OSError):
+            write(whole, vessel_file.parent, "boat", "2026-11-22")  # type: ignore[arg-type]
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (
+        overlays(vessel_file) == () and FileTrials(vessel_file, lambda: found(vessel_file), AtOnce()).proposal is None
+    )
+
+
+def test_a_report_that_cannot_be_written_is_said_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    assert main(["trial", "report", str(tmp_path), "--out", str(tmp_path / "file" / "trial.html")]) == 2
+    assert "nothing can be written in" in capsys.readouterr().err
 
 
 def test_a_model_that_the_file_does_not_take_is_not_accepted(vessel_file: Path) -> None:

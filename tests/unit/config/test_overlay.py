@@ -83,6 +83,32 @@ def test_an_overlay_from_a_log_is_copied_beside_the_vessel(vessel_file: Path, tm
     assert in_force(vessel_file) == vessel_file.with_name("boat.trial-2026-11-22.toml") and not accepted(away)
 
 
+def test_another_overlay_of_the_same_day_stays_as_it_is(vessel_file: Path, tmp_path: Path) -> None:
+    """As of two trials of a day, each identified in its log folder."""
+    others = []
+    for name, mass in (("a", "300.0"), ("b", "310.0")):
+        (tmp_path / name).mkdir()
+        others.append(tmp_path / name / "revolt.trial-2026-11-23.toml")
+        others[-1].write_text(OVERLAY.replace("300.0", mass), encoding="utf-8")
+    for overlay in (*others, others[0], others[1]):
+        assert main(["trial", "accept", str(overlay), "--vessel", str(vessel_file)]) == 0
+    assert len(overlays(vessel_file)) == 2 and load(vessel_file).hull.m11_kg == 310.0
+    assert main(["trial", "undo", str(vessel_file)]) == 0
+    assert load(vessel_file).hull.m11_kg == 300.0
+
+
+def test_an_older_overlay_does_not_claim_to_count(vessel_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    older = written(vessel_file, "2026-11-20")
+    newer = written(vessel_file, "2026-11-22", OVERLAY.replace("300.0", "310.0"))
+    assert main(["trial", "accept", str(newer)]) == 0
+    assert "from the next start on" in capsys.readouterr().out
+    assert main(["trial", "accept", str(older)]) == 0
+    said = capsys.readouterr().out
+    assert "from the next start on" not in said and f"the newer {newer} counts until it is undone" in said
+    assert main(["trial", "undo", str(vessel_file)]) == 0
+    assert load(vessel_file).hull.m11_kg == 300.0
+
+
 def test_an_overlay_with_an_error_is_not_accepted(vessel_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     overlay = written(vessel_file, text=OVERLAY.replace("m11_kg = 300.0", "m11_kg = -1.0"))
     assert main(["trial", "accept", str(overlay)]) == 2

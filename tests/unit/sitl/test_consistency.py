@@ -162,6 +162,20 @@ def test_the_command_sails_once_and_keeps_its_runs(
     assert main(words) == 0 and capsys.readouterr().out == first
 
 
+def test_runs_of_another_file_of_the_same_name_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a file of one's own whose sensors were told anew since."""
+    monkeypatch.setitem(consistency.CASES, "hold", CASE)  # type: ignore[arg-type]
+    sail, sailed = consistency.sail, []
+    monkeypatch.setattr(consistency, "sail", lambda *words: sailed.append(1) or sail(*words))
+    for folder, more in (("a", ""), ("b", "\n"), ("b", "\n")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        boat = tmp_path / folder / "boat.toml"
+        boat.write_text(find("revolt").read_text(encoding="utf-8") + more, encoding="utf-8")
+        words = ["evaluate", "consistency", str(boat), "--case", "hold", "--seeds", "0-1", "--jobs", "1"]
+        assert main([*words, "--out", str(tmp_path / "runs")]) == 0
+    assert len(sailed) == 4
+
+
 def test_mistakes_are_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["evaluate", "consistency", "revolt", "--case", "holt"]) == 2
     assert "did you mean 'hold'" in capsys.readouterr().err

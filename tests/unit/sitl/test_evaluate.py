@@ -129,6 +129,25 @@ def test_a_run_that_cannot_be_judged_is_said(
     assert remedy in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("end", [b"70.5,1.2", b"70.5,1.2,-", b"\0" * 300])
+def test_a_truth_that_was_cut_off_is_judged_as_far_as_it_goes(
+    tmp_path: Path, end: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write(tmp_path / "a", track(70.0, along))
+    assert main(["evaluate", "hold", "blueboat", f"ours={run}"]) == 0
+    whole = capsys.readouterr().out
+    with (run / "truth.csv").open("ab") as file:
+        file.write(end)
+    assert main(["evaluate", "hold", "blueboat", f"ours={run}"]) == 0
+    assert capsys.readouterr().out == whole
+
+
+def test_two_runs_of_one_label_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write(tmp_path / "a", track(70.0, along))
+    assert main(["evaluate", "hold", "blueboat", f"ours={run}", f"ours={run}"]) == 2
+    assert "two runs are called 'ours'" in capsys.readouterr().err
+
+
 def test_a_figure_of_zero_has_no_ratio() -> None:
     figures = hold(track(5.0, lambda t: (0.0, 0.0), share=0.0), BLUEBOAT, (0.0, 0.0), None)
     assert all(text.endswith("– |") for text in list(table({"a": figures, "b": figures}))[2:])

@@ -13,7 +13,7 @@ from companion.cli.main import argument_parser
 from companion.config.vessel import find
 from sitl.scenarios import SCENARIOS
 from sitl.sweep.design import DesignConfig, PartConfig, RangeConfig
-from sitl.sweep.plan import Run, key_of, runs_of, sampled
+from sitl.sweep.plan import Run, contents_of, key_of, runs_of, sampled
 
 names = st.lists(st.sampled_from(sorted(SCENARIOS)), min_size=1, max_size=4, unique=True)
 boats = st.lists(st.sampled_from(["revolt", "aboat", "otter"]), max_size=3, unique=True)
@@ -137,3 +137,15 @@ def test_each_part_of_a_run_counts_in_its_key(tmp_path: Path) -> None:
         Run("hold", "revolt", 0, (("wind", "2"),)), Run("hold", str(one), 0), Run("hold", str(other), 0),
     ]  # fmt: skip
     assert all(key_of(a) != key_of(b) for a, b in itertools.combinations(runs, 2))
+
+
+def test_an_overlay_that_is_accepted_makes_it_another_boat(tmp_path: Path) -> None:
+    boat, overlay = tmp_path / "boat.toml", tmp_path / "boat.trial-2026-11-22.toml"
+    boat.write_bytes(find("revolt").read_bytes())
+    run, keys = Run("hold", str(boat), 0), []
+    for text in (None, "accepted = false", "accepted = true"):
+        if text is not None:
+            overlay.write_text(f"[trial]\n{text}\n[hull]\nm11_kg = 300.0\n", encoding="utf-8")
+        contents_of.cache_clear()  # a process asks once
+        keys.append(key_of(run))
+    assert keys[0] == keys[1] != keys[2]

@@ -40,6 +40,14 @@ def test_pairs_have_the_same_seed(tmp_path: Path) -> None:
     assert one.metrics[0].adjusted < 0.05
 
 
+def test_a_run_with_a_fault_is_no_pair_of_one_without_it(tmp_path: Path) -> None:
+    """As a hunt has them: the same seed and settings, with and without a fault."""
+    made = rows(8, tmp_path)
+    faulty = [replace(row, faults=("gnss_lost@9+1",), ok=False) for row in made]
+    (one,) = compared([*made, *faulty], [*faulty, *made])
+    assert (one.failures.count, one.failures.only_first, one.failures.only_second) == (16, 0, 0)
+
+
 def test_two_laws_of_one_sweep_are_paired(tmp_path: Path) -> None:
     made = rows(8, tmp_path)
     both = [
