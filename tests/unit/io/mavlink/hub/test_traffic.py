@@ -13,6 +13,7 @@ from companion.core.estimate import TrackedTarget
 from companion.core.readings import AisTarget
 from companion.io.mavlink.telemetry.traffic import Rounds, adsb_vehicle, ais_vessel, from_ais_vessel
 from companion.io.mavlink.wire import messages as mavlink
+from companion.traffic.tracker import TrafficTracker
 from tests.unit.io.mavlink.hub.conftest import Rig
 
 AIS = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
@@ -99,6 +100,20 @@ def test_what_is_not_known_stays_unknown() -> None:
     known = AisTarget(0.0, "mavlink:9", 1, 60.0, 22.0)
     back = from_ais_vessel(received(ais_vessel(TrackedTarget(known, 0.0, 1), 0.0)), 9, 0.0)
     assert back == known
+
+
+def test_boats_that_pass_a_vessel_on_to_each_other_forget_it() -> None:
+    """Three boats hear each other's AIS_VESSEL, a third of a second apart; the vessel itself is silent from 0 s on."""
+    boats = [TrafficTracker() for _ in range(3)]
+    boats[0].take(AisTarget(0.0, "ais", 7, 63.441, 10.401, course_rad=0.0, speed_mps=5.0), 0.0, None)
+    for step in range(3 * 120):
+        now_s, teller = step / 3.0, step % 3
+        for boat in boats:
+            boat.update(now_s)
+        for vessel in boats[teller].targets:
+            for listener in {0, 1, 2} - {teller}:
+                boats[listener].take(from_ais_vessel(ais_vessel(vessel, now_s), teller, now_s), now_s, None)
+    assert [boat.targets for boat in boats] == [(), (), ()]
 
 
 def heard(rig: Rig) -> list[int]:
