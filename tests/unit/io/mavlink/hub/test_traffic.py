@@ -151,6 +151,14 @@ def test_what_another_system_sees_reaches_the_supervisor(rig: Rig) -> None:
     ]
 
 
+def test_a_boat_that_leads_is_no_vessel_to_itself(rig: Rig) -> None:
+    """Its follower shows it, with its system id as MMSI."""
+    rig.run(1.0)
+    for system in (1, 2):
+        rig.ask(ais_vessel(TrackedTarget(AisTarget(0.0, "leader", system, 63.441, 10.401), 0.0, 1), 0.0))
+    assert [report.mmsi for report in rig.supervisor.reports] == [2]
+
+
 def received(message: Any) -> Any:
     """Packed and parsed by pymavlink itself."""
     from pymavlink.dialects.v20 import common
