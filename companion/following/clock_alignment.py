@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 _BUCKET_S, _BUCKETS = 2.0, 10  # the least delay is remembered for 20 s
 _EXCHANGES_S = 60.0
+_STEADY_S = 0.05  # by which the least arrival less stamp may change without another latency: jitter
 _SET_S = 0.05  # beyond what round trips explain: the sender's clock was set
 _LATE_S = 1.0  # over the least delay: the message was held up, or the sender's clock was set
 _LATE_LASTS_S = 5.0  # lateness that lasts longer means the clock was set
@@ -36,19 +37,19 @@ class _Trial:
 @dataclass(slots=True)
 class _Exchanges:
     """Round trips of the last minute: (arrived_s, trip_s, vessel time less the sender's clock; None where that is
-    another clock than that of its stamps)."""
+    another clock than that of its stamps; the least arrival less stamp then)."""
 
-    kept: deque[tuple[float, float, float | None]] = field(default_factory=deque)
+    kept: deque[tuple[float, float, float | None, float]] = field(default_factory=deque)
 
-    def add(self, now_s: float, trip_s: float, offset_s: float | None) -> None:
+    def add(self, now_s: float, trip_s: float, offset_s: float | None, least_s: float) -> None:
         """Add a round trip and drop those older than a minute, and those before the sender's clock was set: no offset
         is wrong by more than half of its trip."""
         while self.kept and (now_s - self.kept[0][0] > _EXCHANGES_S or self._was_set(trip_s, offset_s)):
             self.kept.popleft()
-        self.kept.append((now_s, trip_s, offset_s))
+        self.kept.append((now_s, trip_s, offset_s, least_s))
 
     def _was_set(self, trip_s: float, offset_s: float | None) -> bool:
-        _, before_s, known_s = self.kept[0]
+        _, before_s, known_s, _ = self.kept[0]
         return (
             offset_s is not None
             and known_s is not None
@@ -60,8 +61,12 @@ class _Exchanges:
         less its stamp. That grows with the latency, the offset of the clocks does not."""
         if not self.kept:
             return None
-        _, trip_s, offset_s = min(self.kept, key=lambda kept: kept[1])
-        return 0.5 * trip_s if offset_s is None or least_s is None else max(0.0, least_s - offset_s)
+        _, trip_s, offset_s, then_s = min(self.kept, key=lambda kept: kept[1])
+        if offset_s is None or least_s is None:
+            return 0.5 * trip_s
+        if abs(least_s - then_s) <= _STEADY_S:
+            least_s = then_s
+        return max(0.0, least_s - offset_s)
 
 
 class ClockAlignment:
@@ -130,8 +135,9 @@ class ClockAlignment:
         if not 0.0 <= trip_s < _EXCHANGES_S or not math.isfinite(theirs_s):
             return
         offset_s = 0.5 * (sent_s + now_s) - theirs_s
-        same = self.aligned and abs(self._least_s() - offset_s) <= trip_s + _LATE_S
-        self._exchanges.add(now_s, trip_s, offset_s if same else None)
+        least_s = self._least_s() if self.aligned else math.inf
+        same = abs(least_s - offset_s) <= trip_s + _LATE_S  # else answers and stamps are by different clocks
+        self._exchanges.add(now_s, trip_s, offset_s if same else None, least_s)
 
     def _least_s(self) -> float:
         return min(least_s for _, least_s in self._buckets)
