@@ -247,7 +247,7 @@ class Leader:
 
 @dataclass(frozen=True, slots=True)
 class TrackedTarget:
-    """All that is known of one vessel. `known.t_s`: time of its position; `heard_s`: time of its last message."""
+    """All that is known of one vessel. `known.t_s`: time of its position; `heard_s`: time of its newest message."""
 
     known: AisTarget
     heard_s: float

@@ -3,6 +3,7 @@
 Arrival − stamp is the offset of the two clocks plus the delay of the link. The delay varies but has a minimum, so the
 least difference over the last 20 s belongs to the fastest message. A clock that drifts by 100 ppm moves it by 2 ms in
 that time. The latency of the fastest message comes from round trips (MAVLink TIMESYNC), else it is a configured value.
+A round trip tells the offset of the clocks, which stays when the latency grows.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from dataclasses import dataclass, field
 
 _BUCKET_S, _BUCKETS = 2.0, 10  # the least delay is remembered for 20 s
 _EXCHANGES_S = 60.0
+_STEADY_S = 0.05  # by which the least arrival less stamp may change without another latency: jitter
+_SET_S = 0.05  # beyond what round trips explain: the sender's clock was set
 _LATE_S = 1.0  # over the least delay: the message was held up, or the sender's clock was set
 _LATE_LASTS_S = 5.0  # lateness that lasts longer means the clock was set
 _REORDER_S = 2.0  # by which stamps may go back
@@ -33,20 +36,37 @@ class _Trial:
 
 @dataclass(slots=True)
 class _Exchanges:
-    """Round trips of the last minute: (arrived_s, trip_s, latency of the fastest message in s)."""
+    """Round trips of the last minute: (arrived_s, trip_s, vessel time less the sender's clock; None where that is
+    another clock than that of its stamps; the least arrival less stamp then)."""
 
-    kept: deque[tuple[float, float, float]] = field(default_factory=deque)
+    kept: deque[tuple[float, float, float | None, float]] = field(default_factory=deque)
 
-    def add(self, now_s: float, trip_s: float, latency_s: float) -> None:
-        """Add a round trip and drop those older than a minute."""
-        while self.kept and now_s - self.kept[0][0] > _EXCHANGES_S:
+    def add(self, now_s: float, trip_s: float, offset_s: float | None, least_s: float) -> None:
+        """Add a round trip and drop those older than a minute, and those before the sender's clock was set: no offset
+        is wrong by more than half of its trip."""
+        while self.kept and (now_s - self.kept[0][0] > _EXCHANGES_S or self._was_set(trip_s, offset_s)):
             self.kept.popleft()
-        self.kept.append((now_s, trip_s, latency_s))
+        self.kept.append((now_s, trip_s, offset_s, least_s))
 
-    @property
-    def latency_s(self) -> float | None:
-        """Latency by the shortest round trip; None before the first."""
-        return min(self.kept, key=lambda kept: kept[1])[2] if self.kept else None
+    def _was_set(self, trip_s: float, offset_s: float | None) -> bool:
+        _, before_s, known_s, _ = self.kept[0]
+        return (
+            offset_s is not None
+            and known_s is not None
+            and abs(offset_s - known_s) > 0.5 * (trip_s + before_s) + _SET_S
+        )
+
+    def latency_s(self, least_s: float | None) -> float | None:
+        """Latency of the fastest message now, by the shortest round trip; None before the first. `least_s`: its arrival
+        less its stamp. That grows with the latency, the offset of the clocks does not."""
+        if not self.kept:
+            return None
+        _, trip_s, offset_s, then_s = min(self.kept, key=lambda kept: kept[1])
+        if offset_s is None or least_s is None:
+            return 0.5 * trip_s
+        if abs(least_s - then_s) <= _STEADY_S:
+            least_s = then_s
+        return max(0.0, least_s - offset_s)
 
 
 class ClockAlignment:
@@ -76,15 +96,17 @@ class ClockAlignment:
     @property
     def latency_s(self) -> float | None:
         """Latency of the fastest message, measured by round trips; None where the sender answers none."""
-        return self._exchanges.latency_s
+        return self._exchanges.latency_s(self._least_s() if self.aligned else None)
+
+    def _latency_s(self, otherwise_s: float) -> float:
+        measured_s = self.latency_s
+        return otherwise_s if measured_s is None else measured_s
 
     def arrived(self, stamp_s: float | None, now_s: float, latency_s: float) -> float:
         """`stamp_s`: by the sender's clock, None or NaN for none. `now_s`: arrival in vessel time, must not go back.
         `latency_s`: of the link, used where no round trip was measured."""
-        measured = self._exchanges.latency_s
-        latency_s = latency_s if measured is None else measured
         if stamp_s is None or not math.isfinite(stamp_s):
-            return now_s - latency_s
+            return now_s - self._latency_s(latency_s)
         delay_s = now_s - stamp_s
         if self.aligned:
             least_s = self._least_s()
@@ -98,7 +120,8 @@ class ClockAlignment:
                     self._trial = None
                 self._newest_s = max(self._newest_s, stamp_s)
                 self._remember(delay_s, now_s)
-                return min(now_s, stamp_s + self._least_s() - latency_s)
+                return min(now_s, stamp_s + self._least_s() - self._latency_s(latency_s))
+        latency_s = self._latency_s(latency_s)
         self._try(stamp_s, now_s)
         return (
             min(now_s, stamp_s + self._least_s() - latency_s)
@@ -111,12 +134,10 @@ class ClockAlignment:
         trip_s = now_s - sent_s
         if not 0.0 <= trip_s < _EXCHANGES_S or not math.isfinite(theirs_s):
             return
-        latency_s = 0.5 * trip_s
-        if self.aligned:
-            by_clock_s = self._least_s() - (0.5 * (sent_s + now_s) - theirs_s)
-            if abs(by_clock_s) <= trip_s + _LATE_S:  # else answers and stamps are by different clocks
-                latency_s = by_clock_s
-        self._exchanges.add(now_s, trip_s, min(max(0.0, latency_s), trip_s + _LATE_S))
+        offset_s = 0.5 * (sent_s + now_s) - theirs_s
+        least_s = self._least_s() if self.aligned else math.inf
+        same = abs(least_s - offset_s) <= trip_s + _LATE_S  # else answers and stamps are by different clocks
+        self._exchanges.add(now_s, trip_s, offset_s if same else None, least_s)
 
     def _least_s(self) -> float:
         return min(least_s for _, least_s in self._buckets)

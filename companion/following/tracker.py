@@ -24,6 +24,7 @@ _REFUSED_S, _REFUSED = 2.0, 3  # for how long, and how many in a row, positions 
 _FAR_M = 20_000.0  # from the origin of its own plane, which is then laid anew
 _YAW_SHARE = 0.4  # of the difference between measured and expected heading that is applied
 _RATE_TAU_S, _COURSE_RATE_TAU_S, _PUSH_TAU_S = 0.2, 0.6, 0.6
+_BARE_RATE_TAU_S = 3.0  # of the turn by positions alone: one found sooner feeds on itself
 _LATELY = 9  # intervals
 
 
@@ -86,10 +87,10 @@ class LeaderTracker:
         if filter_ is None or plane is None or state.t_s - filter_.t_s > _ANEW_S:
             self._begin(state, lat_deg, lon_deg)
             return
+        if math.hypot(filter_.north_m, filter_.east_m) > _FAR_M:
+            plane = self._plane = LocalFrame(*plane.to_geodetic(filter_.north_m, filter_.east_m))
+            filter_.north_m = filter_.east_m = 0.0
         north_m, east_m = plane.to_ned(lat_deg, lon_deg)
-        if math.hypot(north_m, east_m) > _FAR_M:
-            self._begin(state, lat_deg, lon_deg)
-            return
         dt_s = state.t_s - filter_.t_s
         was = math.hypot(filter_.north_mps, filter_.east_mps), math.atan2(filter_.east_mps, filter_.north_mps)
         filter_.advance(state.t_s)
@@ -125,16 +126,17 @@ class LeaderTracker:
 
     @staticmethod
     def _see_motion(filter_: LeaderFilter, state: LeaderState, was_mps: float, was_rad: float, dt_s: float) -> None:
-        """Turn and acceleration, from the gyro where there is one."""
-        speed = math.hypot(filter_.north_mps, filter_.east_mps)
-        filter_.acceleration_mps2 += (
-            ((speed - was_mps) / dt_s - filter_.acceleration_mps2) * dt_s / (dt_s + _PUSH_TAU_S)
-        )
+        """Turn and acceleration, from the gyro where there is one. Without velocities, what the filter makes of an
+        acceleration would be the next one: there is none then."""
+        speed, bare = math.hypot(filter_.north_mps, filter_.east_mps), state.north_mps is None
+        push = 0.0 if bare else (speed - was_mps) / dt_s
+        filter_.acceleration_mps2 += (push - filter_.acceleration_mps2) * (1.0 if bare else dt_s / (dt_s + _PUSH_TAU_S))
         if state.yaw_rate_radps is not None:
             filter_.turn_radps += (state.yaw_rate_radps - filter_.turn_radps) * dt_s / (dt_s + _RATE_TAU_S)
         elif min(speed, was_mps) > _SLOW_MPS:
             turn = wrap_pi(math.atan2(filter_.east_mps, filter_.north_mps) - was_rad) / dt_s
-            filter_.turn_radps += (turn - filter_.turn_radps) * dt_s / (dt_s + _COURSE_RATE_TAU_S)
+            tau_s = _BARE_RATE_TAU_S if bare else _COURSE_RATE_TAU_S
+            filter_.turn_radps += (turn - filter_.turn_radps) * dt_s / (dt_s + tau_s)
         else:
             filter_.turn_radps = 0.0
 

@@ -1,7 +1,7 @@
 """Text of QGroundControl's `.plan`: mission, fence and rally points as JSON.
 
-Survey, corridor and structure scans are read as the plain items that QGroundControl stores with them; they are never
-written.
+Surveys and corridor scans are read as the plain items that QGroundControl stores with them; they are never written. Of
+structure scans and landing patterns it stores none.
 https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html
 """
 
@@ -19,6 +19,7 @@ from companion.mission.plan_file import PlanFile, PlanFileError, PlanRow, to_ite
 from companion.mission.qgc_zones import FencePart, fence_rows, fence_text, point, rally_rows, rally_text
 
 _FILE_FRAMES = {5: 0, 6: 3, 11: 10}  # the file has only the float variants of these frames
+_STORED = ("survey", "CorridorScan")  # complex items that stand in the file with their plain items
 _PX4 = 12
 _SURFACE_BOAT = 11
 
@@ -140,7 +141,12 @@ def _flatten(items: list[Any], problems: list[str]) -> Iterator[tuple[str, dict[
             transect = raw.get("TransectStyleComplexItem")
             parts = transect.get("Items") if isinstance(transect, dict) else None
             if not isinstance(parts, list) or not parts:
-                problems.append(f"{place}: {kind} without its items; open the plan in QGroundControl and save it again")
+                remedy = (
+                    "open the plan in QGroundControl and save it again"
+                    if kind in _STORED
+                    else "a .plan file never holds them: upload it from QGroundControl, or remove it"
+                )
+                problems.append(f"{place}: {kind} without its items; {remedy}")
                 continue
             for part_number, part in enumerate(parts):
                 place = f"mission item {number + part_number} ({kind})"

@@ -23,11 +23,12 @@ class _Target:
     east_m: float
     north_mps: float
     east_mps: float
+    moved_s: float  # time of its motion
 
 
 class RadarTargets:
     """`take(target, nav, frame)` each report; `movers(now_s)` and `circles(now_s)` are where they are now. Remembers at
-    most 100 targets for 15 s."""
+    most 100 targets for 15 s, and as long the motion of one that is reported by its position alone since."""
 
     def __init__(self) -> None:
         self._targets: dict[tuple[str, int], _Target] = {}
@@ -41,15 +42,13 @@ class RadarTargets:
         place = _place(report, nav, frame)
         if place is None or (key not in self._targets and len(self._targets) >= _MOST):
             return
-        speed, course = report.speed_mps or 0.0, report.course_rad
-        north_mps = east_mps = 0.0
-        if course is not None:
-            course += nav.yaw_rad if report.relative else 0.0
-            north_mps, east_mps = speed * math.cos(course), speed * math.sin(course)
-        if report.relative:
-            north_mps, east_mps = north_mps + nav.north_mps, east_mps + nav.east_mps
         label = report.name or f"radar {report.number}"
-        self._targets[key] = _Target(label, report.t_s, *place, north_mps, east_mps)
+        before = self._targets.get(key)
+        if report.speed_mps is None and before is not None and report.t_s - before.moved_s <= _FORGET_S:
+            motion = before.north_mps, before.east_mps, before.moved_s  # it sends TLL beside TTM
+        else:
+            motion = *_velocity(report, nav), report.t_s
+        self._targets[key] = _Target(label, report.t_s, *place, *motion)
 
     def forget(self, now_s: float) -> None:
         """Forget targets that are no longer reported."""
@@ -79,6 +78,18 @@ class RadarTargets:
             for one in self._targets.values()
             if math.hypot(one.north_mps, one.east_mps) < _MOVES_MPS
         ]
+
+
+def _velocity(report: RadarTarget, nav: NavState) -> tuple[float, float]:
+    """Over ground, (north, east) in m/s; at rest where it is not told."""
+    speed, course = report.speed_mps or 0.0, report.course_rad
+    north_mps = east_mps = 0.0
+    if course is not None:
+        course += nav.yaw_rad if report.relative else 0.0
+        north_mps, east_mps = speed * math.cos(course), speed * math.sin(course)
+    if report.relative:
+        north_mps, east_mps = north_mps + nav.north_mps, east_mps + nav.east_mps
+    return north_mps, east_mps
 
 
 def _place(report: RadarTarget, nav: NavState, frame: LocalFrame) -> tuple[float, float] | None:

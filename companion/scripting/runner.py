@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import runpy
@@ -14,6 +16,7 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from companion.scripting.boat import Boat
 from companion.scripting.client import ScriptError
@@ -80,16 +83,47 @@ def _words_of(error: BaseException) -> str:
     """One line: what was raised, and the last line of the script's own that led there."""
     if isinstance(error, MemoryError):
         return "out of memory (memory_mb)"
-    text = str(error).split("\n")[0] if isinstance(error, ScriptError) else f"{type(error).__name__}: {error}"
+    said = str(error).split("\n")[0]
+    text = said if isinstance(error, ScriptError) else f"{type(error).__name__}: {said}"
     own = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith("<frozen")]
     last = [frame for frame in own if f"{os.sep}companion{os.sep}scripting{os.sep}" not in frame.filename]
     where = f"line {last[-1].lineno}: " if last else ""
     return f"{where}{text}"[:_LONGEST]
 
 
+class _Output(io.RawIOBase):
+    """Where the script prints. What the log cannot take, because it is full, goes nowhere: no script fails by it."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+
+    def writable(self) -> bool:
+        """Always."""
+        return True
+
+    def fileno(self) -> int:
+        """See `io.IOBase`."""
+        return self._descriptor
+
+    def write(self, data: Any) -> int:
+        """Write as much of it as goes; all of it counts as written."""
+        rest = memoryview(data).cast("B")
+        length = len(rest)
+        with contextlib.suppress(OSError):
+            while rest:
+                rest = rest[os.write(self._descriptor, rest) :]
+        return length
+
+
+def _printing_to(descriptor: int) -> io.TextIOWrapper:
+    return io.TextIOWrapper(_Output(descriptor), "utf-8", "replace", line_buffering=True, write_through=True)  # type: ignore[arg-type]
+
+
 def main(argv: Sequence[str]) -> int:
     """Run the script of the settings in `argv`."""
     settings = settings_of(argv[0])
+    sys.stdout, sys.stderr = _printing_to(1), _printing_to(2)
     reduce_rights(settings.memory_mb, settings.disk_mb, settings.keeper)
     os.chdir(settings.folder)
     if not write_only_below(Path(settings.folder)):

@@ -124,12 +124,24 @@ def clear_water(places: Floats, t_s: Floats, other: Contact, radius_m: float) ->
 
 def least_clear_water(places: Floats, t_s: Floats, others: Sequence[Contact], radius_m: float) -> float:
     """The least `clear_water` over all times and all other vessels; infinite where there are none."""
+    return float(_gaps(places, t_s, others, radius_m).min()) if others else math.inf
+
+
+def shortfall_ms(places: Floats, t_s: Floats, others: Sequence[Contact], radius_m: float, keep_m: float) -> float:
+    """How much `clear_water` is missing to `keep_m`, and for how long: its sum over all times, in m s. Of ways on which
+    the others never come nearer than they are, it tells the one that leads away from them."""
     if not others:
-        return math.inf
+        return 0.0
+    return STEP_S * float(np.maximum(0.0, keep_m - _gaps(places, t_s, others, radius_m).min(axis=0)).sum())
+
+
+def _gaps(places: Floats, t_s: Floats, others: Sequence[Contact], radius_m: float) -> Floats:
+    """`clear_water` to each of the others, shape (others, n)."""
     fleet = np.array([(c.north_m, c.east_m, c.north_mps, c.east_mps, c.radius_m) for c in others])[:, :, None]
     north = places[:, 0] - (fleet[:, 0] + fleet[:, 2] * t_s)
     east = places[:, 1] - (fleet[:, 1] + fleet[:, 3] * t_s)
-    return float((np.sqrt(north * north + east * east) - fleet[:, 4]).min()) - radius_m
+    gaps: Floats = np.sqrt(north * north + east * east) - fleet[:, 4] - radius_m
+    return gaps
 
 
 def crosses_ahead(places: Floats, t_s: Floats, other: Contact, reach_m: float) -> bool:

@@ -46,6 +46,7 @@ _SPEED_SHARES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed: cost, to c
 _BETTER_M = 0.1
 _PASSED_S, _LONGEST_S = 10.0, 150.0  # of a prediction
 _WORTH_CROSSING_M = 1.0  # of clear water
+_SOONER = 0.95  # of a shortfall: the speed changes for less than that
 _PATIENT = frozenset({Encounter.STANDING, Encounter.OVERTAKING})  # encounters in which slowing down can wait
 _MOVING_MPS = 0.3
 _STOPPED_MPS = 0.1  # below this limit the boat holds its position
@@ -185,7 +186,7 @@ class TrafficGuard:
             self._detour = None
         way = route if self._detour is None else self._remaining(route, inputs.speed_mps)
         ahead = _velocity(way, inputs.speed_mps) if self._detour is None else over_ground
-        found = self._watch.conflicts(nav, way, self._ramp(speed, inputs), ahead, contacts, now_s)
+        found = self._watch.conflicts(nav, way, self._ramp(self._share, inputs), ahead, contacts, now_s)
         self._watch.announce(found, now_s)
         if self._detour is not None or self._share < 1.0:
             self._watch.extend(now_s)
@@ -207,15 +208,19 @@ class TrafficGuard:
         contacts: Sequence[Contact],
         inputs: ModeInputs,
     ) -> None:
-        """Take the cheapest option that keeps CA_DIST; where none does, the one that keeps most of it. To cross ahead
-        of a vessel that has the right of way is no option, unless all others would come nearer still."""
+        """Take the cheapest option that keeps CA_DIST; where none does, the one that keeps most of it, and of speeds
+        that keep as much the one that is sooner clear. To cross ahead of a vessel that has the right of way is no
+        option, unless all others would come nearer still."""
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
         best: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)
         ahead: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)  # of those that cross ahead
+        kept: dict[float, float] = {}  # clear water by share of the speed, without a detour
         for detour, share in self._options(urgent, route, keep_m, inputs):
             along = way if detour is None else (*detour.points, *evasion.remainder(route, detour.length_m))
             clear_m, crosses = self._clear_m(along, share, contacts, urgent, inputs, detour is not None)
             before_m = ahead[0] if crosses else best[0]
+            if detour is None and not crosses:
+                kept[share] = clear_m
             if clear_m > before_m + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
                 if crosses:
                     ahead = clear_m, detour, share
@@ -225,9 +230,33 @@ class TrafficGuard:
                 break
         if best[0] < self._parameters["CA_DIST"] and ahead[0] > best[0] + _WORTH_CROSSING_M:
             best = ahead
+        else:
+            best = self._soonest_clear(best, kept, way, contacts, keep_m, inputs)
         if best[1] is None and all(self._can_wait(c, inputs.speed_mps) for c in urgent):
             return
         self._begin(best[1], best[2], route, urgent[0], inputs)
+
+    def _soonest_clear(
+        self,
+        best: tuple[float, evasion.Detour | None, float],
+        kept: dict[float, float],
+        way: Sequence[evasion.Place],
+        contacts: Sequence[Contact],
+        keep_m: float,
+        inputs: ModeInputs,
+    ) -> tuple[float, evasion.Detour | None, float]:
+        """Of the shares of the speed that keep as much clear water as the best, the one by which the others are sooner
+        clear. A vessel that is nearest now comes no nearer whatever the boat does, but it need not go on beside that
+        vessel or around its bow. `kept`: clear water by share."""
+        clear_m, detour, share = best
+        if detour is not None or clear_m >= keep_m:
+            return best
+        t_s, short = evasion.time_steps(self._parameters["CA_TIME"]), {share: math.inf}
+        for one in (one for one, one_m in kept.items() if one_m >= clear_m - _BETTER_M):
+            places = evasion.places_along(way, self._ramp(one, inputs), t_s)
+            short[one] = evasion.shortfall_ms(places, t_s, contacts, self._watch.radius_m, keep_m)
+        soonest = min(short, key=lambda one: short[one])
+        return best if short[soonest] >= _SOONER * short[share] else (kept[soonest], None, soonest)
 
     def _can_wait(self, conflict: Conflict, speed_mps: float) -> bool:
         """Whether the boat may still come nearer: to a vessel that is at rest or goes ahead of it, or one that is met
@@ -272,7 +301,7 @@ class TrafficGuard:
         if share == 1.0 and speed > 0.0:
             duration_s = max(duration_s, min(evasion.length_of(way), _way_m(speed)) / speed)
         t_s = evasion.time_steps(duration_s)
-        ramp = evasion.SpeedRamp(math.hypot(nav.north_mps, nav.east_mps), speed, self._acceleration)
+        ramp = self._ramp(share, inputs)
         places = evasion.places_along(way, ramp, t_s)
         clear_m = evasion.least_clear_water(places, t_s, contacts, self._watch.radius_m)
         if bends and speed > _FAST_MPS:
@@ -384,8 +413,10 @@ class TrafficGuard:
     def _acceleration(self) -> float:
         return self._parameters["PATH_ACC"]
 
-    def _ramp(self, speed_mps: float, inputs: ModeInputs) -> evasion.SpeedRamp:
-        return evasion.SpeedRamp(speed_mps, self._share * inputs.speed_mps, self._acceleration)
+    def _ramp(self, share: float, inputs: ModeInputs) -> evasion.SpeedRamp:
+        """From the boat's speed to that share of the cruise speed."""
+        speed_mps = math.hypot(inputs.nav.north_mps, inputs.nav.east_mps)
+        return evasion.SpeedRamp(speed_mps, share * inputs.speed_mps, self._acceleration)
 
     def _announce(self, kind: TextKind, text: str, now_s: float) -> None:
         if self._announced != text:

@@ -27,7 +27,8 @@ class TrafficTracker:
 
     When the table is full, a new vessel replaces the furthest of those heard once, else the furthest of all, and only
     if it is nearer itself. One source adds at most 50 vessels a second to a full table. A report that is older than the
-    known motion of its vessel does not change that motion.
+    known motion of its vessel does not change that motion. Silence counts from the time of the newest report, not from
+    when another system passed it on: two boats that tell each other of a vessel would else keep it for ever.
     """
 
     def __init__(self, own_mmsi: int | None = None) -> None:
@@ -52,9 +53,10 @@ class TrafficTracker:
             return
         before = self._targets.get(report.mmsi)
         if before is None:
-            if len(self._targets) >= MOST_TARGETS and not self._make_room(report, here):
+            new = TrackedTarget(report, min(now_s, report.t_s), int(report.lat_deg is not None))
+            if _is_silent(new, now_s) or (len(self._targets) >= MOST_TARGETS and not self._make_room(report, here)):
                 return
-            self._targets[report.mmsi] = TrackedTarget(report, now_s, int(report.lat_deg is not None))
+            self._targets[report.mmsi] = new
         else:
             self._targets[report.mmsi] = _merged(before, report, now_s)
         self._sorted = None
@@ -65,7 +67,7 @@ class TrafficTracker:
             return
         self._updated_s = now_s
         self._admitted.clear()
-        gone = [mmsi for mmsi, target in self._targets.items() if now_s - target.heard_s > _patience_s(target)]
+        gone = [mmsi for mmsi, target in self._targets.items() if _is_silent(target, now_s)]
         for mmsi in gone:
             del self._targets[mmsi]
             self._sorted = None
@@ -91,10 +93,10 @@ def _is_place(report: AisTarget) -> bool:
     return abs(report.lat_deg) <= 90.0 and abs(report.lon_deg) <= 180.0
 
 
-def _patience_s(target: TrackedTarget) -> float:
-    """Silence after which the vessel is forgotten."""
+def _is_silent(target: TrackedTarget, now_s: float) -> bool:
+    """Whether the vessel has been silent for so long that it is forgotten."""
     speed = target.known.speed_mps
-    return _FORGET_SLOW_S if speed is None or speed < _SLOW_MPS else _FORGET_S
+    return now_s - target.heard_s > (_FORGET_SLOW_S if speed is None or speed < _SLOW_MPS else _FORGET_S)
 
 
 def _away(report: AisTarget, here: tuple[float, float] | None) -> float:
@@ -113,7 +115,7 @@ def _merged(before: TrackedTarget, report: AisTarget, now_s: float) -> TrackedTa
     if report.lat_deg is not None and (known.lat_deg is None or report.t_s >= known.t_s):
         changes |= {name: getattr(report, name) for name in _MOTION}
         reports += 1
-    return TrackedTarget(replace(known, **changes), now_s, reports)
+    return TrackedTarget(replace(known, **changes), max(before.heard_s, min(now_s, report.t_s)), reports)
 
 
 def contact(target: TrackedTarget, frame: LocalFrame, now_s: float) -> Contact | None:

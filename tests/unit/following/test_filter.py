@@ -96,6 +96,34 @@ def test_noise_is_smoothed_and_velocity_is_had_from_positions_alone() -> None:
     assert sum(errors) / len(errors) < 2.0
 
 
+@pytest.mark.parametrize("rate_hz", [1.0, 4.0, 10.0])
+@pytest.mark.parametrize("noise_m", [0.0, 1.5])
+def test_positions_alone_do_not_make_the_velocity_swing(rate_hz: float, noise_m: float) -> None:
+    """A phone that sends neither velocity nor accuracy, straight on."""
+    rng = random.Random(5)
+    tracker = LeaderTracker()
+    for i in range(int(30.0 * rate_hz)):
+        t_s = i / rate_hz
+        state = said(t_s, rng, noise_m=noise_m, heading=False, velocity=False)
+        tracker.take(replace(state, accuracy_m=None))
+        if t_s > 15.0:
+            leader = known(tracker, t_s)
+            assert leader.speed_mps == pytest.approx(SPEED_MPS, abs=1.5), t_s
+            assert math.atan2(leader.east_mps, leader.north_mps) == pytest.approx(0.0, abs=math.radians(12.0)), t_s
+
+
+def test_a_leader_that_goes_far_keeps_its_velocity() -> None:
+    """By positions alone: the plane of the filter is laid anew every 20 km."""
+    tracker = LeaderTracker()
+    for i in range(3000):
+        lat, lon = FRAME.to_geodetic(15.0 * i, 0.0)
+        tracker.take(LeaderState(float(i), float(i), "test", 7, lat, lon))
+        if i > 30:
+            here = tracker.leader(LocalFrame(lat, lon), float(i))
+            assert here is not None and math.hypot(here.north_m, here.east_m) < 1.0, i
+            assert here.speed_mps == pytest.approx(15.0, abs=0.3), i
+
+
 def test_an_outlier_is_rejected_and_a_lasting_jump_accepted() -> None:
     rng = random.Random(1)
     tracker = LeaderTracker()

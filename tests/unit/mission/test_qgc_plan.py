@@ -178,6 +178,19 @@ def test_all_problems_at_once() -> None:
     assert len(problems) == 13
 
 
+@pytest.mark.parametrize(
+    ("kind", "remedy"),
+    [
+        ("survey", "open the plan in QGroundControl and save it again"),
+        ("StructureScan", "a .plan file never holds them: upload it from QGroundControl, or remove it"),
+        ("fwLandingPattern", "a .plan file never holds them: upload it from QGroundControl, or remove it"),
+    ],
+)
+def test_the_remedy_for_a_complex_item_without_its_items(kind: str, remedy: str) -> None:
+    (problem,) = _problems(_content([WAYPOINT, {"type": "ComplexItem", "complexItemType": kind, "polygon": []}]))
+    assert problem == f"a.plan: mission item 2: {kind} without its items; {remedy}"
+
+
 def test_a_place_in_a_broken_file() -> None:
     with pytest.raises(PlanFileError, match=r"a\.plan:2:\d+: "):
         qgc_plan.read("a.plan", '{"fileType":\n "Plan" "mission"}')

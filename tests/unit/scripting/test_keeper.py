@@ -24,7 +24,13 @@ class Kept:
     """A keeper of one script, and a feed that ticks while somebody waits."""
 
     def __init__(
-        self, folder: Path, text: str, watchdog_s: float = 0.0, memory_mb: int = 256, restart: Restart = "never"
+        self,
+        folder: Path,
+        text: str,
+        watchdog_s: float = 0.0,
+        memory_mb: int = 256,
+        restart: Restart = "never",
+        disk_mb: int = 64,
     ) -> None:
         folder.mkdir(exist_ok=True)
         (folder / "script.py").write_text(text, encoding="utf-8")
@@ -42,6 +48,7 @@ class Kept:
             0,
             -1,
             memory_mb=memory_mb,
+            disk_mb=disk_mb,
         )
         self.script = KeptScript(
             "bad", Keeping("bad", restart, watchdog_s, 1.0), settings, folder / "out.log", self.link.theirs.fileno()
@@ -95,12 +102,30 @@ def test_a_script_sees_the_boat_and_speaks(tmp_path: Path) -> None:
         ("import os\ndef main(boat):\n    os._exit(7)\n", "failed: exit code 7"),
         ("def main(boat):\n    open('big', 'wb').write(bytes(65 * 10**6))\n", "OSError: [Errno 27] File too large"),
         ("def main(boat):\n    [open('/dev/null') for _ in range(1000)]\n", "Too many open files"),
+        ("def main(boat):\n    raise ValueError('too deep\\nby far')\n", "failed: line 2: ValueError: too deep"),
     ],
-    ids=["raises", "hoards", "crashes", "exits", "fills the disk", "descriptors"],
+    ids=["raises", "hoards", "crashes", "exits", "fills the disk", "descriptors", "raises several lines"],
 )
 def test_its_failure_is_told(tmp_path: Path, text: str, reason: str) -> None:
     kept = Kept(tmp_path / "s", text)
     kept.until(reason)
+    assert not any("\n" in one for one in kept.texts)
+    kept.close()
+
+
+def test_a_script_outlives_the_log_that_it_has_filled(tmp_path: Path) -> None:
+    kept = Kept(
+        tmp_path / "s",
+        "def main(boat):\n"
+        "    for _ in range(1100): print('x' * 1000)\n"
+        "    boat.say('still here')\n"
+        "    boat.next_state()\n"
+        "    raise ValueError('too deep')\n",
+        disk_mb=1,
+    )
+    kept.until("bad: still here")
+    kept.until("failed: line 5: ValueError: too deep")
+    assert (tmp_path / "s" / "out.log").stat().st_size == 1_000_000
     kept.close()
 
 

@@ -351,3 +351,27 @@ def test_whatever_swarms_around_it_the_boat_is_steered(make_boat: Callable[..., 
         if part == 4:
             boat.upload((100.0, -40.0), (0.0, 0.0))
     assert "mode_failed" not in boat.names()
+
+
+def test_stopped_for_a_long_ship_it_waits_until_she_has_passed(make_boat: Callable[..., Boat]) -> None:
+    """Her circle reaches the boat long before her hull does; at her nearest she comes no nearer, but her side is long
+    yet: 300 m, the antenna 225 m from the bow."""
+    boat = under_way(make_boat, 500.0, CA_ACTION=3)
+    ship = Other(
+        boat, boat.nav.north_m + 200.0, -750.0, 0.0, 3.0, bow_m=225.0, stern_m=75.0, port_m=20.0, starboard_m=20.0
+    )
+    least_m = math.inf
+    for n in range(3200):
+        if n % 20 == 0:
+            ship.speak()
+        boat.tick()
+        north, east = boat.nav.north_m - ship.at()[0], boat.nav.east_m - ship.at()[1]
+        least_m = min(least_m, math.hypot(max(0.0, abs(north) - 20.0), max(0.0, east - 225.0, -75.0 - east)))
+    assert least_m > 40.0 and boat.nav.north_m > 150.0
+
+
+def test_it_does_not_sail_on_beside_a_vessel_that_is_too_near(make_boat: Callable[..., Boat]) -> None:
+    boat = under_way(make_boat, CA_ACTION=3)
+    other = Other(boat, boat.nav.north_m, 8.0, 1.0, 0.0)
+    sail(boat, [other], 60.0)
+    assert other.gap_m() > CLEAR_M

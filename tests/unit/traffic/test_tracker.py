@@ -47,7 +47,7 @@ def test_an_older_report_changes_no_motion() -> None:
     tracker = TrafficTracker()
     tracker.take(motion(7, 5.0, 60.42), 5.0, HERE)
     tracker.take(motion(7, 2.0, 60.43), 6.0, HERE)
-    assert tracker.targets[0].known.lat_deg == 60.42 and tracker.targets[0].heard_s == 6.0
+    assert tracker.targets[0].known.lat_deg == 60.42 and tracker.targets[0].heard_s == 5.0
 
 
 def test_silent_vessels_are_forgotten_slow_ones_later() -> None:
@@ -60,6 +60,14 @@ def test_silent_vessels_are_forgotten_slow_ones_later() -> None:
     assert [target.known.mmsi for target in tracker.targets] == [2], "at anchor it speaks every three minutes"
     tracker.update(500.0)
     assert tracker.targets == ()
+
+
+def test_an_old_report_that_is_passed_on_again_and_again_keeps_no_vessel() -> None:
+    tracker = TrafficTracker()
+    for now_s in range(120):
+        tracker.take(motion(7, 0.0, speed_mps=5.0, source="mavlink:2"), float(now_s), HERE)
+        tracker.update(float(now_s))
+        assert len(tracker.targets) == (now_s <= 90), now_s
 
 
 def test_impossible_reports_are_ignored() -> None:

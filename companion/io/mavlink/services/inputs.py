@@ -133,7 +133,10 @@ class InputService:
     # --- traffic ---------------------------------------------------------------------------------------------------
 
     def _on_ais_vessel(self, message: Any, peer: Peer, now_s: float) -> None:
-        self._vessel.supervisor.traffic_heard(from_ais_vessel(message, peer.system, now_s), now_s)
+        """A follower shows its leader as a vessel, with its system id as MMSI: that may be this boat."""
+        mmsi: int = message.MMSI
+        if mmsi != self._hub.system:
+            self._vessel.supervisor.traffic_heard(from_ais_vessel(message, peer.system, now_s), now_s)
 
     # --- streams ---------------------------------------------------------------------------------------------------
 

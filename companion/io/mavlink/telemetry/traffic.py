@@ -15,6 +15,7 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.personas import Persona
 
+_SAME_S = 1e-6  # times that differ by rounding only
 _ROUND_S = 1.0  # no vessel is sent more often
 _FASTEST_CMPS = 65_000
 _TURN_DDEG = 127  # limit of the field, to either side
@@ -102,9 +103,14 @@ def ais_vessel(vessel: TrackedTarget, now_s: float) -> Any:
         *(sizes[side] for side in ("bow", "stern", "port", "starboard")),
         (known.callsign or "").encode("ascii", "replace")[:7],
         (known.name or "").encode("ascii", "replace")[:20],
-        fitted(now_s - known.t_s, 1.0, 0, UINT16_UNKNOWN, 0),
+        _age_s(now_s - known.t_s),
         flags,
     )
+
+
+def _age_s(age_s: float) -> int:
+    """Whole seconds, rounded up: a report that boats pass on to each other must not get younger by it."""
+    return fitted(math.ceil(age_s - _SAME_S), 1.0, 0, UINT16_UNKNOWN, 0)
 
 
 def nearest_adsb(view: View, persona: Persona) -> Any:

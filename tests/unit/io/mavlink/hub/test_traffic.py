@@ -13,6 +13,7 @@ from companion.core.estimate import TrackedTarget
 from companion.core.readings import AisTarget
 from companion.io.mavlink.telemetry.traffic import Rounds, adsb_vehicle, ais_vessel, from_ais_vessel
 from companion.io.mavlink.wire import messages as mavlink
+from companion.traffic.tracker import TrafficTracker
 from tests.unit.io.mavlink.hub.conftest import Rig
 
 AIS = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
@@ -101,6 +102,20 @@ def test_what_is_not_known_stays_unknown() -> None:
     assert back == known
 
 
+def test_boats_that_pass_a_vessel_on_to_each_other_forget_it() -> None:
+    """Three boats hear each other's AIS_VESSEL, a third of a second apart; the vessel itself is silent from 0 s on."""
+    boats = [TrafficTracker() for _ in range(3)]
+    boats[0].take(AisTarget(0.0, "ais", 7, 63.441, 10.401, course_rad=0.0, speed_mps=5.0), 0.0, None)
+    for step in range(3 * 120):
+        now_s, teller = step / 3.0, step % 3
+        for boat in boats:
+            boat.update(now_s)
+        for vessel in boats[teller].targets:
+            for listener in {0, 1, 2} - {teller}:
+                boats[listener].take(from_ais_vessel(ais_vessel(vessel, now_s), teller, now_s), now_s, None)
+    assert [boat.targets for boat in boats] == [(), (), ()]
+
+
 def heard(rig: Rig) -> list[int]:
     return [message.MMSI for message in rig.desk.hear() if message.get_type() == "AIS_VESSEL"]
 
@@ -134,6 +149,14 @@ def test_what_another_system_sees_reaches_the_supervisor(rig: Rig) -> None:
     assert rig.supervisor.reports == [
         AisTarget(1.0, "mavlink:255", 500, pytest.approx(63.441), pytest.approx(10.401), name="NORA")
     ]
+
+
+def test_a_boat_that_leads_is_no_vessel_to_itself(rig: Rig) -> None:
+    """Its follower shows it, with its system id as MMSI."""
+    rig.run(1.0)
+    for system in (1, 2):
+        rig.ask(ais_vessel(TrackedTarget(AisTarget(0.0, "leader", system, 63.441, 10.401), 0.0, 1), 0.0))
+    assert [report.mmsi for report in rig.supervisor.reports] == [2]
 
 
 def received(message: Any) -> Any:
