@@ -77,17 +77,14 @@ def closing_limits(
     parameters: Parameters,
 ) -> list[SpeedLimit]:
     """The limit towards the nearest line, where a boat goes along it on `way` while its demand pushes it aside, out: a
-    light boat turns its course within a moment. None in other cases."""
+    light boat turns its course within a moment. None in other cases, and none outside the fence."""
     edge = areas.stopping.margin(nav.north_m, nav.east_m)
     out = edge if edge.distance_m > 0.0 else areas.fence.margin(nav.north_m, nav.east_m)
     outwards = demand[0] * out.north + demand[1] * out.east > 0.0
-    if not outwards or way[0] * out.north + way[1] * out.east > _ASIDE_COS:
+    if out.distance_m <= 0.0 or not outwards or way[0] * out.north + way[1] * out.east > _ASIDE_COS:
         return []
-    return [
-        _stopping(
-            edge.distance_m - SIGMAS * nav.position_accuracy_m, (out.north, out.east), edge.distance_m, parameters
-        )
-    ]
+    way_m = edge.distance_m - SIGMAS * nav.position_accuracy_m
+    return [_stopping(way_m, (out.north, out.east), edge.distance_m, parameters)]
 
 
 def _stopping(way_m: float, way: tuple[float, float], edge_m: float, parameters: Parameters) -> SpeedLimit:

@@ -27,7 +27,7 @@ _SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
 _LEAST_DRIFT_MPS = 0.05
 _STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
 _LONGEST_RETURN_S = 90.0  # after which it aims anew
-_LEAST_TABLE_MPS = 10.0  # of the table of the ways that it coasts
+_LEAST_TABLE_MPS, _MOST_TABLE_MPS = 10.0, 30.0  # of the table of the ways that it coasts
 _ROUND_COS = 0.5  # of the angle from the bow to the aim: with it a boat that turns back at once has come round
 
 
@@ -47,7 +47,8 @@ class DriftKeeper:
         """`fence`: the boat holds so far inside that its watch circle is."""
         self._parameters = parameters
         self._fence = fence
-        self._coasting = Coasting(config.hull, max(_LEAST_TABLE_MPS, top_speed_mps(config)))
+        fastest_mps = min(_MOST_TABLE_MPS, max(_LEAST_TABLE_MPS, top_speed_mps(config)))
+        self._coasting = Coasting(config.hull, fastest_mps)
         self._point = self._aim = (0.0, 0.0)
         self._heading_rad = 0.0
         self._returning = self._arrived = self._turning = False

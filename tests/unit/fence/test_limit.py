@@ -57,3 +57,5 @@ def test_what_pushes_aside_out_is_limited_where_the_boat_goes_along_the_line(
     assert limit.way == pytest.approx((1.0, 0.0)) and least_mps <= limit.speed_mps <= most_mps
     assert closing_limits(AREAS, nav, (-1.0, 0.2), along, Parameters()) == []
     assert closing_limits(AREAS, nav, out, (1.0, 0.0), Parameters()) == [], "the limit along the course does that"
+    outside = replace(nav, north_m=LINE_M + 1.0)
+    assert closing_limits(AREAS, outside, (-1.0, 0.2), along, Parameters()) == [], "it may come back"
