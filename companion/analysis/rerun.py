@@ -10,6 +10,7 @@ difference are realistic.
 
 from __future__ import annotations
 
+import collections
 import csv
 import itertools
 import json
@@ -95,6 +96,7 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
             clock.time_s, vessel.load = tick.t_s, load
             vessel.tick(tick.t_s)
             done += 1
+        collections.deque(ticks, maxlen=0)  # what a shorter ticks.csv leaves: at its end the log's file is closed
     finally:
         if vessel is not None:
             vessel.close()
