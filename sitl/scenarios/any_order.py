@@ -17,7 +17,7 @@ from sitl.obstacles import RoundObstacle
 from sitl.scenarios.boat import heading_error_deg, holds_by_drifting, motor
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, receiver_error_m
-from sitl.scenarios.orders import ACCEPTED, CHOICES, UNGUARDED, Given, Orders
+from sitl.scenarios.orders import ACCEPTED, CHOICES, DRIFTING, UNGUARDED, Given, Orders
 from sitl.scenarios.positioning import PositioningLog, errors, read
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -54,7 +54,8 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     empty."""
     names = settings["orders"].split(",") if settings["orders"] else list(CHOICES)
     if number(settings, "stones"):
-        names = [name for name in names if name not in UNGUARDED]
+        left_out = (*UNGUARDED, *(DRIFTING if gcs.rig.config.limits.sway_n <= 0.0 else ()))
+        names = [name for name in names if name not in left_out]
     if unknown := set(names) - set(CHOICES):
         raise ScenarioError(f"orders={min(unknown)}: some of {', '.join(CHOICES)}")
     draws = stream(gcs.rig.world.seed, "orders")

@@ -262,3 +262,6 @@ CHOICES: Mapping[str, Callable[[Orders], Given]] = {
 
 UNGUARDED = ("manual", "forces", "disarm")
 """Orders under which nothing keeps the boat off obstacles."""
+
+DRIFTING = ("rate", "heading")
+"""Orders under which a boat without sideways thrust stops for obstacles, and is then left to the wind."""
