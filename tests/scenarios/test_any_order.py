@@ -34,14 +34,14 @@ def test_an_order_that_does_not_exist(tmp_path: Path) -> None:
 
 
 @pytest.mark.sweep
-def test_a_circle_that_meets_a_stone(tmp_path: Path) -> None:
+def test_circles_that_meet_stones(tmp_path: Path) -> None:
     """An Otter that a stone had stopped on its circle was carried onto it by the wind."""
-    sail(tmp_path, "otter", 714030, stones="8", time="260")
+    sail(tmp_path, "otter", 714030, orders="orbit", stones="8", time="260")
 
 
 @pytest.mark.sweep
 def test_a_jet_that_a_fence_turns_holds_where_it_has_come_round(tmp_path: Path) -> None:
-    """RescueRunner, paused at full speed, turned at once, and then sailed 160 m to where it would have coasted to."""
+    """A jet of 4 m, paused at speed, turned at once, and then sailed 160 m to where it would have coasted to."""
     sail(tmp_path, "rescuerunner", 1, orders="mission,speed,pause", time="200")
 
 
