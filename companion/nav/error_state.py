@@ -22,7 +22,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -42,6 +41,7 @@ from companion.nav.lever_arms import (
     rotation,
     turned,
 )
+from companion.nav.matrix_in_place import Array, Flat, add_to_diagonal, flat, subtract, symmetrise
 from companion.nav.measured_off import MeasuredOff, Wander
 
 SIZE = 19
@@ -73,8 +73,6 @@ class FilterNoise:
 
 
 Pair = tuple[float, float]
-Array = np.ndarray[Any, np.dtype[np.float64]]
-Flat: TypeAlias = "memoryview[float]"
 
 
 class Innovation:
@@ -86,30 +84,6 @@ class Innovation:
     def __init__(self, size: int) -> None:
         self.size = size
         self.y1 = self.y2 = self.s11 = self.s12 = self.s22 = self.normalised_square = 0.0
-
-
-def flat(array: Array) -> Flat:
-    """The array as a flat memoryview: writing through it costs a third of numpy indexing."""
-    return array.data.cast("B").cast("d")
-
-
-# Each of the next three has a second form in C, which takes the flat views (`sitl.native.operations`).
-
-
-def add_to_diagonal(diagonal: Array, added: Array, matrix_flat: Flat, added_flat: Flat) -> None:
-    """Add to the diagonal of a square matrix. `diagonal`: a view of it."""
-    diagonal += added
-
-
-def subtract(matrix: Array, other: Array, matrix_flat: Flat, other_flat: Flat) -> None:
-    """Subtract another matrix of the same size."""
-    matrix -= other
-
-
-def symmetrise(matrix: Array, transposed: Array, work: Array, matrix_flat: Flat) -> None:
-    """P ← ½ (P + Pᵀ). `work`: another matrix of that size, whose contents are lost."""
-    np.add(matrix, transposed, work)
-    np.multiply(work, 0.5, matrix)
 
 
 class _Rows:

@@ -351,7 +351,7 @@ static inline double *usv_all_numbers(PyObject *view, Py_ssize_t count) {
     return NULL;
 }
 
-/* `companion.nav.error_state.add_to_diagonal` */
+/* `companion.nav.matrix_in_place.add_to_diagonal` */
 static inline char usv_add_to_diagonal(PyObject *diagonal, PyObject *added, PyObject *matrix_flat, PyObject *added_flat) {
     double *to, *from = usv_all_numbers(added_flat, -1);
     Py_ssize_t count = from == NULL ? 0 : PyMemoryView_GET_BUFFER(added_flat)->shape[0], at;
@@ -360,7 +360,7 @@ static inline char usv_add_to_diagonal(PyObject *diagonal, PyObject *added, PyOb
     return 1;
 }
 
-/* `companion.nav.error_state.subtract` */
+/* `companion.nav.matrix_in_place.subtract` */
 static inline char usv_subtract(PyObject *matrix, PyObject *other, PyObject *matrix_flat, PyObject *other_flat) {
     double *to, *from = usv_all_numbers(other_flat, -1);
     Py_ssize_t count = from == NULL ? 0 : PyMemoryView_GET_BUFFER(other_flat)->shape[0], at;
@@ -369,7 +369,7 @@ static inline char usv_subtract(PyObject *matrix, PyObject *other, PyObject *mat
     return 1;
 }
 
-/* `companion.nav.error_state.symmetrise` */
+/* `companion.nav.matrix_in_place.symmetrise` */
 static inline char usv_symmetrise(PyObject *matrix, PyObject *transposed, PyObject *work, PyObject *matrix_flat) {
     double *p = usv_all_numbers(matrix_flat, -1);
     Py_ssize_t count = 0, row, column;

@@ -65,6 +65,6 @@ def register() -> None:
     rows: list[RType] = [anything, list_rprimitive, int_rprimitive]
     function_op("companion.record.columns.narrowed", rows, anything, "usv_narrowed", ERR_MAGIC)
     for name in ("add_to_diagonal", "subtract", "symmetrise"):
-        function_op(f"companion.nav.error_state.{name}", [anything] * 4, none_rprimitive, f"usv_{name}", ERR_MAGIC)
+        function_op(f"companion.nav.matrix_in_place.{name}", [anything] * 4, none_rprimitive, f"usv_{name}", ERR_MAGIC)
     for name in ("companion.io.sensors.nmea0183_fields.checksum", "sitl.emulators.nmea.exclusive_or"):
         function_op(name, [bytes_rprimitive], int_rprimitive, "usv_checksum", ERR_MAGIC)

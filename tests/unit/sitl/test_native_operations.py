@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from companion.io.sensors.nmea0183_fields import checksum
-from companion.nav import error_state
-from companion.nav.error_state import flat
+from companion.nav import matrix_in_place
+from companion.nav.matrix_in_place import flat
 from companion.record.columns import Packer, narrowed
 from sitl.native.build import FLAGS
 from sitl.native.operations import HEADER
@@ -217,11 +217,11 @@ def test_matrices(library: Any) -> None:
         for which, added in enumerate((row, other, work)):
             theirs = matrix.copy()
             if which == 0:
-                error_state.add_to_diagonal(theirs.reshape(-1)[:: size + 1], row, flat(theirs), flat(row))
+                matrix_in_place.add_to_diagonal(theirs.reshape(-1)[:: size + 1], row, flat(theirs), flat(row))
             elif which == 1:
-                error_state.subtract(theirs, other, flat(theirs), flat(other))
+                matrix_in_place.subtract(theirs, other, flat(theirs), flat(other))
             else:
-                error_state.symmetrise(theirs, theirs.T, work, flat(theirs))
+                matrix_in_place.symmetrise(theirs, theirs.T, work, flat(theirs))
             assert library.on_matrix(which, flat(matrix), flat(added)) == 1
             assert matrix.tobytes() == theirs.tobytes()
 
