@@ -17,6 +17,8 @@ from pathlib import Path
 def main(directory: Path) -> None:
     if sys.version_info < (3, 11):  # noqa: UP036  this file runs under whatever Python there is
         sys.exit(f"Python 3.11 or newer is needed, this is {sys.version.split()[0]}: make PYTHON=python3.11 …")
+    if directory.is_symlink():
+        directory.unlink()  # of another checkout: to clear it would take its packages away
     try:
         import ensurepip  # noqa: F401  Debian's python3 lacks it without the package python3-venv
     except ImportError:
