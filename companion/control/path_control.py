@@ -60,7 +60,7 @@ class PathControl:
         share = _OVER_GROUND_SHARE if over_ground else _INTEGRAL_SHARE
         stream_mps = self._slow_stream(nav, dt_s) if over_ground else 0.0
         drag_x, _, _ = damping(hull, u - stream_mps, v, 0.0)
-        _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
+        _, drag_y, _ = damping(hull, u, self._through_water(v, nav), nav.yaw_rate_radps)
         large_mps = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
         offset = self._stall.offset_mps(slow, nav.surge_mps, large_mps, dt_s)
         bias.grow(share * bandwidth * gain * offset, 0.0, 0.0, nav.yaw_rad, dt_s)
