@@ -65,6 +65,10 @@ _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 2.2
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
 _WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its bow points the right way
+# One thruster that turns gives no moment while it goes from ahead to astern: for seconds the boat turns no further. In
+# a bend, or with its bow so far off, a boat with such a thruster does not brake, up to so many times its planned speed.
+# Before a sharper turn it does: it comes round in less room.
+_UNBRAKED_RADPS, _UNBRAKED_RAD, _UNBRAKED = math.radians(3.0), (math.radians(10.0), math.radians(30.0)), 2.0
 # From there on a boat whose bow points back to the track waits no longer for the rest of the turn: what carries it off
 # would go on, and the heading back to the track turn on before its bow. (Off the track, times the sine of that angle.)
 _BACK_M = 0.5
@@ -113,6 +117,7 @@ class PathTracker:
         self._parameters = parameters
         self._can_sway, self._turning = can_sway, turning
         self._pivots = turning.on_the_spot and not can_sway
+        self._thrust_turns = turning.aside and turning.on_the_spot and not can_sway
         self._learns = _LEARNS if turning.arc is None else _LEARNS_IN_ARC
         self._agility = agility
         self._laid: LaidTrack | None = None
@@ -417,6 +422,9 @@ class PathTracker:
             )
             self._profile_key = key
         wanted = min(max(0.0, speed_mps), self._profile.soon(self._s, _PREVIEW_S, self._speed))
+        if self._thrust_turns:
+            # it brakes before it turns
+            wanted = min(wanted, self._profile.soon(self._s, _PREVIEW_S + TURN_PREVIEW_S, self._speed))
         if speed_mps > 0.0:
             wanted = max(wanted, min(speed_mps, least_mps))
         if self._stop_at_end and speed_mps > 0.0:
@@ -486,7 +494,8 @@ class PathTracker:
         elif self._pivots and not against and towards_m < _BACK_M:
             surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
         ramp = _ROUNDING_SHARE if self._up.lasts else _SURGE_SHARE
-        self._surge = _towards(self._surge, surge, ramp * self._parameters["PATH_ACC"] * dt_s)
+        asked = _towards(self._surge, surge, ramp * self._parameters["PATH_ACC"] * dt_s)
+        self._surge = max(asked, self._unbraked_mps(nav, ahead, wrap_pi(best - nav.yaw_rad)))
         sway = self._sway(nav, off) if self._can_sway else 0.0
         return PathSetpoint(
             heading,
@@ -501,6 +510,15 @@ class PathTracker:
     def _gain_share(self) -> float:
         """Of the change of speed, that the bow's direction takes part in: none where the boat waits for its bow."""
         return min(1.0, max(-1.0, self._surge / self._speed)) if self._speed > 0.0 else 0.0
+
+    def _unbraked_mps(self, nav: NavState, ahead: PathPoint, turn_rad: float) -> float:
+        """The least speed asked of a boat that is turned by one thruster that turns itself, while it turns."""
+        least_rad, most_rad = _UNBRAKED_RAD
+        in_bend = self._speed * abs(ahead.curvature_1pm) > _UNBRAKED_RADPS
+        turns = (in_bend or abs(turn_rad) > least_rad) and abs(turn_rad) < most_rad
+        if not self._thrust_turns or not turns or self._up.lasts:
+            return -math.inf
+        return min(nav.surge_mps, _UNBRAKED * self._speed)
 
     def _towards_rad(self, error: float, learnt: float, lookahead: float) -> float:
         """How far the course leans towards the track: by line of sight, for the error no more than an arc allows."""
