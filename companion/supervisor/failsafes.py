@@ -400,6 +400,13 @@ class FailsafeMonitor:
         """Whether one of them has acted and no operator has taken over since."""
         return any(active.acted and not active.released for active in self._active.values())
 
+    def arming(self, situation: Situation) -> None:
+        """The boat is being armed: what lasts has had its turn. What would not begin now, and lasts by its hysteresis
+        alone, begins anew: a battery that passed the check is critical once it falls again."""
+        lasting = {name: active for name, active in self._active.items() if active.failsafe.cause(situation, False)}
+        self._active = lasting
+        self.override()
+
     def override(self) -> None:
         """An operator has taken over: the failsafes that last have had their turn, and release the thrusters. Those
         after which the boat would return are ended: they begin anew."""
