@@ -19,6 +19,7 @@ from companion.modes.table import DECLARATIONS
 from companion.supervisor.situation import Situation
 
 _BATTERY_HYSTERESIS = 0.03
+_RESTED = 0.3  # by which the charge that is judged by voltage may rise at rest: that is no charge
 
 
 class FailsafeAction(IntEnum):
@@ -66,7 +67,8 @@ def _battery_below(name: str) -> Callable[[Situation, bool], bool]:
         battery = s.inputs.battery
         if battery is None or battery.remaining is None:
             return active
-        return battery.remaining < s.parameters[name] + (_BATTERY_HYSTERESIS if active else 0.0)
+        slack = _RESTED if s.armed else _BATTERY_HYSTERESIS
+        return battery.remaining < s.parameters[name] + (slack if active else 0.0)
 
     return below
 

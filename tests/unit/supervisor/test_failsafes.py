@@ -260,6 +260,23 @@ def test_a_mode_without_thrust_is_said_to_have_none(make_boat: Callable[..., Boa
     assert boat.status.mode is ModeId.RTL and not isinstance(boat.setpoint, NeutralSetpoint)
 
 
+def test_a_battery_whose_voltage_rises_at_rest_starts_no_propellers(make_boat: Callable[..., Boat]) -> None:
+    """Judged by voltage it rose over the threshold whenever the thrusters stood: they started every six seconds."""
+    boat = sail(make_boat(COM_LOW_BAT_ACT=FailsafeAction.NEUTRAL))
+    for _ in range(50):
+        boat.battery = 0.3 if isinstance(boat.setpoint, NeutralSetpoint) else 0.1
+        boat.step(0.5)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.names().count("battery_critical") == 1
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    for left in (0.3, 0.1):
+        boat.battery = left
+        boat.step()
+    assert boat.status.mode is ModeId.HOLD and not isinstance(boat.setpoint, NeutralSetpoint), "the operator's word"
+    boat.battery = 0.5
+    boat.step()
+    assert "battery_critical" not in boat.status.failsafes, "charged, or another battery"
+
+
 def test_the_more_severe_one_wins(boat: Boat) -> None:
     sail(boat)
     boat.wet = True  # RTL
