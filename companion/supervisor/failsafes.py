@@ -19,6 +19,7 @@ from companion.modes.table import DECLARATIONS
 from companion.supervisor.situation import Situation
 
 _BATTERY_HYSTERESIS = 0.03
+_RESTED = 0.3  # by which the charge that is judged by voltage may rise at rest: that is no charge
 
 
 class FailsafeAction(IntEnum):
@@ -66,7 +67,8 @@ def _battery_below(name: str) -> Callable[[Situation, bool], bool]:
         battery = s.inputs.battery
         if battery is None or battery.remaining is None:
             return active
-        return battery.remaining < s.parameters[name] + (_BATTERY_HYSTERESIS if active else 0.0)
+        slack = _RESTED if s.armed else _BATTERY_HYSTERESIS
+        return battery.remaining < s.parameters[name] + (slack if active else 0.0)
 
     return below
 
@@ -399,6 +401,13 @@ class FailsafeMonitor:
     def in_force(self) -> bool:
         """Whether one of them has acted and no operator has taken over since."""
         return any(active.acted and not active.released for active in self._active.values())
+
+    def arming(self, situation: Situation) -> None:
+        """The boat is being armed: what lasts has had its turn. What would not begin now, and lasts by its hysteresis
+        alone, begins anew: a battery that passed the check is critical once it falls again."""
+        lasting = {name: active for name, active in self._active.items() if active.failsafe.cause(situation, False)}
+        self._active = lasting
+        self.override()
 
     def override(self) -> None:
         """An operator has taken over: the failsafes that last have had their turn, and release the thrusters. Those

@@ -80,17 +80,28 @@ class Requests:
         self.parts.motor_test.stop(None, now_s)
         situation = self.parts.situation(now_s)
         reasons = arming_refusals(situation, right, force)
-        if not reasons and (reason := self._helm.arm(now_s)) is not None:
+        if not reasons and (reason := self._enter_armed(now_s)) is not None:
             reasons = (f"{situation.mode.id.value}: {reason}",)
         if reasons:
             for reason in reasons:
                 self._events.say(now_s, TextKind.REFUSAL, "arming_refused", f"PreArm: {reason}")
             return Outcome(Result.TEMPORARILY_REJECTED, "; ".join(reasons))
-        if self.parts.parameters["HOME_ON_ARM"]:
-            self.parts.home.set_here(self.parts.nav, now_s)
-        self.parts.responder.monitor.override()
+        self.parts.responder.monitor.arming(situation)
+        self._events.renew("disarmed")
         self._events.say(now_s, TextKind.ROUTINE, "armed", "Armed by force" if force else "Armed")
         return ACCEPTED
+
+    def _enter_armed(self, now_s: float) -> str | None:
+        """Why the mode cannot be entered; None: the boat is armed. With HOME_ON_ARM home moves before the mode begins,
+        which may lead there."""
+        home = self.parts.home
+        before = home.home
+        if self.parts.parameters["HOME_ON_ARM"]:
+            home.set_here(self.parts.nav, now_s)
+        reason = self._helm.arm(now_s)
+        if reason is not None:
+            home.home = before
+        return reason
 
     def disarm(self, now_s: float, force: bool = False) -> Outcome:
         """Always possible, also under way: the thrusters stop, also those of a motor test. `force` changes nothing."""
@@ -99,6 +110,7 @@ class Requests:
             self._helm.disarm(now_s)
             self.parts.cruise.ask(None)
             self.parts.fence.switch(True, now_s)
+            self._events.renew("armed")
             self._events.say(now_s, TextKind.ROUTINE, "disarmed", "Disarmed")
         return ACCEPTED
 

@@ -9,7 +9,7 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.modes.hold import HoldMode
 from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right, refusal
-from companion.supervisor.failsafes import Active, Failsafe, FailsafeAction, FailsafeMonitor
+from companion.supervisor.failsafes import Active, Changes, Failsafe, FailsafeAction, FailsafeMonitor
 from companion.supervisor.helm import Helm
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.situation import Situation, estimate_refusal
@@ -34,6 +34,7 @@ class Responder:
         was_neutral = self.monitor.neutral
         situation = self._situation_at(now_s)
         changes = self.monitor.update(situation)
+        self._make_news(changes)
         back = [failsafe for failsafe, cause_gone in changes.over if cause_gone and failsafe.stays is not None]
         for failsafe, cause_gone in changes.over:
             if cause_gone and failsafe not in back:
@@ -47,6 +48,13 @@ class Responder:
             self._helm.resume(now_s)
         for failsafe in back:
             self._go_back(failsafe, situation)
+
+    def _make_news(self, changes: Changes) -> None:
+        """What begins again was over before, and the other way round, however short that was."""
+        for failsafe, _ in changes.over:
+            self._events.renew(failsafe.name)
+        for active in changes.begun:
+            self._events.renew(f"{active.failsafe.name}_over")
 
     def _go_back(self, failsafe: Failsafe, situation: Situation) -> None:
         """Return to the mode that the boat was in, if nothing speaks against it. Otherwise it stays in the mode of the
@@ -86,6 +94,8 @@ class Responder:
         else:
             active.neutral = True
             self._sticks.demand_centre(now_s, even_if_silent=True)
+        if self.monitor.neutral and not active.neutral:
+            done = f"{done}, no thrust yet"
         text = f"{active.failsafe.starts(situation)}: {done}"
         self._events.say(now_s, active.failsafe.kind, active.failsafe.name, text)
 

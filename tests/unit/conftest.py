@@ -46,6 +46,7 @@ class Boat:
         self.nav = AT_REST
         self.sticks: tuple[float, float, float] | None = None
         self.rc: tuple[float, ...] | None = None
+        self.rc_silent_s: float | None = None  # since then the transmitter sends nothing: its last reading stays
         self.station = True
         self.battery: float | None = None
         self.wet = False
@@ -120,7 +121,7 @@ class Boat:
         inputs = Inputs(
             battery=None if self.battery is None else Battery(now, "battery", 12.0, None, self.battery),
             leak=Leak(now, "leak", self.wet),
-            rc=None if self.rc is None else RcInput(now, "rc", self.rc, lost=False),
+            rc=None if self.rc is None else RcInput(self.rc_silent_s or now, "rc", self.rc, lost=False),
         )
         names = [device.name for device in (*self.config.sensors, *self.config.actuators)]
         health = [
