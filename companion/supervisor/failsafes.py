@@ -45,7 +45,8 @@ _FENCE_ACTIONS = {
 class Failsafe:
     """One row. `cause(situation, active)` and `applies(situation, active)`: `active` where the failsafe lasts already.
     `action`: what to do, or the parameter that says it, whose numbers are `actions`. `stays`: why the boat does not
-    return to its mode by itself afterwards; None for a failsafe after which it never does."""
+    return to its mode by itself afterwards; None for a failsafe after which it never does. `in_the_way`: what the
+    danger is lies on the way home too, where Hold stops the boat."""
 
     name: str
     kind: TextKind
@@ -56,6 +57,7 @@ class Failsafe:
     ends: str
     actions: Mapping[int, FailsafeAction] = field(default_factory=lambda: _SAME)
     stays: Callable[[Situation], str | None] | None = None
+    in_the_way: bool = False
 
 
 def _silent_bridges(s: Situation) -> list[str]:
@@ -257,6 +259,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_DEPTH_ACT",
         lambda s: f"Shallow: {s.depth_m or 0.0:.1f} m of water",
         "Deep enough again",
+        in_the_way=True,
     ),
     Failsafe(
         "ranges_lost",
@@ -275,6 +278,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_WAY_ACT",
         lambda _: "Aground or propeller fouled: thrust makes no way",
         "Thrust makes way again",
+        in_the_way=True,
     ),
     Failsafe(
         "fence",

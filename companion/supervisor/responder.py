@@ -78,6 +78,7 @@ class Responder:
     def _act(self, active: Active, situation: Situation) -> None:
         """Do what the failsafe demands, or the next best: RTL, then Hold, then neutral."""
         now_s, nav = situation.now_s, situation.nav
+        goes_on = not active.failsafe.in_the_way
         active.acted = True
         done = "neutral"
         refused = refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, Right.BOAT), situation.authority)
@@ -89,7 +90,9 @@ class Responder:
             done = self._helm.mode.id.value
         elif active.action is FailsafeAction.RTL and self._bring_to(ModeId.RTL, nav, now_s, Cause.FAILSAFE):
             done = "RTL"
-        elif active.action is not FailsafeAction.NEUTRAL and self._bring_to(ModeId.HOLD, nav, now_s, Cause.FAILSAFE):
+        elif active.action is not FailsafeAction.NEUTRAL and self._bring_to(
+            ModeId.HOLD, nav, now_s, Cause.FAILSAFE, goes_on
+        ):
             done = self._helm.mode.id.value
         else:
             active.neutral = True
@@ -104,11 +107,11 @@ class Responder:
         mode = self._helm.mode
         return mode.alongside and estimate_refusal(mode, nav) is None
 
-    def _bring_to(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause) -> bool:
-        """Have the boat in `mode`; a boat on its way home goes on. False where that is not possible."""
+    def _bring_to(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause, goes_on: bool = True) -> bool:
+        """Have the boat in `mode`; `goes_on`: a boat on its way home stays on it. False where that is not possible."""
         helm = self._helm
         present = helm.mode.id
-        if present is not mode and present is not ModeId.RTL:
+        if present is not mode and not (goes_on and present is ModeId.RTL):
             return helm.switch(mode, nav, now_s, cause) is None
         if helm.refusal(present, nav, now_s) is not None:
             return False

@@ -146,6 +146,17 @@ def test_a_boat_on_its_way_home_is_not_stopped_by_hold(boat: Boat) -> None:
     assert boat.status.mode is ModeId.RTL and "station_lost" in boat.status.failsafes
 
 
+def test_shallow_water_stops_a_boat_on_its_way_home(boat: Boat) -> None:
+    """It sailed on over 0.3 m of water, and said "Shallow: 0.3 m of water: RTL"."""
+    boat.parameters.set("FS_DEPTH_MIN", 1.0)
+    sail(boat)
+    boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
+    boat.step(1.0)
+    boat.depth_m = 0.3
+    boat.step(1.5)
+    assert boat.status.mode is ModeId.HOLD and boat.texts()[-1] == "Shallow: 0.3 m of water: Hold"
+
+
 def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
     boat.sticks = (0.0, 0.0, 0.0)
     boat.supervisor.arm(boat.now_s)
