@@ -63,6 +63,15 @@ def test_roll_swings_the_antenna() -> None:
     assert statistics.fmean(easts) == pytest.approx(-20.0 + 2.0 * math.sin(math.radians(10.0)), abs=0.01)
 
 
+def test_heave_lifts_the_antenna_once() -> None:
+    model, waves = GnssModel(GNSS, HOME, "basin", 0.05, 1), calm()
+    flat = model.sample(placed(), waves, NONE).position
+    waves.heave_m = -0.4  # the hull's way down
+    lifted = model.sample(placed(), waves, NONE).position
+    assert flat is not None and lifted is not None
+    assert lifted[2] - flat[2] == pytest.approx(0.4, abs=0.02)
+
+
 def test_velocity_is_the_antennas() -> None:
     model = GnssModel(replace(GNSS, x_m=-1.0, y_m=0.5), HOME, "rtk", 0.05, 1)
     hull = placed(math.pi / 2, 1.0, 0.0, 0.2)  # surge 1 m/s east, turning to starboard
