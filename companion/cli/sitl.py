@@ -24,6 +24,7 @@ from companion.cli.common import (
     driven_clock,
     is_over,
     judge_log_folder,
+    judge_time,
     new_folder,
     no_log,
     typed,
@@ -92,8 +93,7 @@ def add_to(commands: Any) -> None:
 def _sitl(arguments: argparse.Namespace) -> int:
     from sitl.plant_process import PlantProcess, serve_devices
 
-    if not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
+    judge_time(arguments.speed, arguments.duration)
     config = load_vessel(arguments.vessel)
     if arguments.log is not None:
         judge_log_folder(arguments.log)
