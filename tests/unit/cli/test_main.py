@@ -73,6 +73,11 @@ def test_a_mistake_is_one_line_that_says_what_to_do(
             "parameters.DP_ECONN: 1: does not exist; did you mean 'DP_ECON'?",
         ),
         (
+            'gnss = "sbas"',
+            'gnss = "sbass"',
+            "sitl.gnss: should be 'rtk', 'float', 'sbas', 'standalone' or 'basin'",
+        ),
+        (
             "links = [",
             'links = "udpout:127.0.0.1:14550"  # [',
             "links: should be a list in square brackets",

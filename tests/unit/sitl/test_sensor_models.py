@@ -6,10 +6,11 @@ import math
 import statistics
 from dataclasses import replace
 from itertools import pairwise
+from typing import get_args
 
 import pytest
 
-from companion.config.vessel import ConfigError, find, load
+from companion.config.vessel import ConfigError, GnssGrade, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
@@ -43,6 +44,10 @@ def test_gravity_of_the_latitude() -> None:
 def test_unknown_grade_names_the_known_ones() -> None:
     with pytest.raises(ConfigError, match="rtk, sbas, standalone"):
         grade("cold")
+
+
+def test_a_file_can_ask_for_every_grade() -> None:
+    assert set(get_args(GnssGrade)) == set(GRADES)
 
 
 def test_position_is_the_antennas() -> None:
