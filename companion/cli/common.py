@@ -170,6 +170,11 @@ def no_log(folder: Path, error: OSError) -> UsageError:
     return UsageError(f"no log can be written in {folder}: {_remedy(error)} choose another folder by --log")
 
 
+def no_ports(folder: Path, error: OSError) -> UsageError:
+    """What to say where no ports of simulated devices can be made in `folder`."""
+    return UsageError(f"no ports can be made in {folder}: {_remedy(error)} choose another folder by --dir")
+
+
 def _try(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder):

@@ -27,6 +27,7 @@ from companion.cli.common import (
     judge_time,
     new_folder,
     no_log,
+    no_ports,
     typed,
 )
 from companion.cli.composition import WhileThereIsSpace
@@ -205,8 +206,11 @@ def _default_folder(config: VesselConfig) -> Path:
 @contextlib.contextmanager
 def _locked(folder: Path) -> Any:
     """Lock a folder for one simulated boat: two would replace each other's ports."""
-    folder.mkdir(parents=True, exist_ok=True)
-    lock: IO[str] = (folder / ".lock").open("w", encoding="utf-8")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock: IO[str] = (folder / ".lock").open("w", encoding="utf-8")
+    except OSError as error:
+        raise no_ports(folder, error) from error
     with lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

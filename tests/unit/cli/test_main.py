@@ -30,6 +30,7 @@ from companion.cli.main import argument_parser, main
         (("sitl", "revolt", "--speed", "0"), "above 0"),
         (("sitl", "revolt", "--speed", "inf"), "--speed inf: a number above 0"),
         (("run", "revolt", "--sitl", "--speed", "inf"), "--speed inf: a number above 0"),
+        (("sitl", "revolt", "--dir", "pyproject.toml"), "it is a file, not a folder; choose another folder by --dir"),
         (("sitl", "revolt", "--duration", "nan"), "--duration nan: must be above 0"),
         (("sitl", "revolt", "--duration", "-5"), "--duration -5: must be above 0"),
         (("sitl", "revolt", "--leader", "thesis@8+nan"), "write SCRIPT@MPS+SECONDS"),
