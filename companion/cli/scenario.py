@@ -171,6 +171,8 @@ def _print_result(result: ScenarioResult) -> None:
     for check in result.checks:
         verdict, relation = "ok  " if check.ok else "FAIL", "at least" if check.at_least else "at most"
         print(f"{verdict} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
+    if not result.checks and result.error is None:
+        print("no check: this scenario asks nothing of such a run, which is measured alone")
     for margin in result.margins:
         word = "ok  " if margin.value > 0.0 else "UNSAFE"
         print(f"{word} safety, {margin.name}: {margin.value:.3f} {margin.unit} left, at {margin.at_s:.0f} s")
