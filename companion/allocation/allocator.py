@@ -441,8 +441,10 @@ class Allocator(_AllocatorBase):
             self._thrift.turned_round(i)
 
     def _consider_strong_side(self, i: int, t: Thruster) -> None:
-        """Begin to turn a thruster that has long pushed hard astern, with thrust: all of it may be needed."""
-        if self._crossing[i] is None and not self._alone and not self._others_cross(i):
+        """Begin to turn a thruster that has long pushed hard astern, with thrust: all of it may be needed. One that
+        hardly reverses turns only where an axis falls short."""
+        worth = t.reversible or self._short
+        if worth and self._crossing[i] is None and not self._alone and not self._others_cross(i):
             target_rad = self._strong_side.way_round_rad(i, t, self._forces[i], self._azimuths[i])
             if target_rad is not None:
                 self._crossing[i] = target_rad

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -21,9 +22,9 @@ def settled(a: Allocator, wrench: Wrench, for_s: float) -> list[Allocation]:
     return [a.update(wrench, DT_S) for _ in range(round(for_s / DT_S))]
 
 
-def pushed_astern() -> Allocator:
+def pushed_astern(config: VesselConfig = ABOAT) -> Allocator:
     """ÅBOAT after a moment to port: its stern thruster points to port and pushes to starboard in reverse."""
-    a = Allocator(ABOAT, Parameters(ABOAT.parameters))
+    a = Allocator(config, Parameters(config.parameters))
     settled(a, Wrench(0.0, 0.0, 60.0), 5.0)
     before = settled(a, Wrench(0.0, 150.0, 0.0), 3.0)[-1]
     assert min(command.force_n for command in before.thrusters) < -50.0, "the case is no longer that of this test"
@@ -38,12 +39,25 @@ def test_a_rising_wind_gets_the_full_thrust_of_both_thrusters() -> None:
     assert full.achieved.sway_n == pytest.approx(ABOAT.limits.sway_n, rel=0.02)
 
 
+def test_thrusters_that_hardly_reverse_turn_round_too() -> None:
+    a = pushed_astern(reversing(80.0))
+    full = settled(a, Wrench(0.0, 250.0, 0.0), 20.0)[-1]
+    assert all(command.force_n > 0.0 for command in full.thrusters)
+    assert full.achieved.sway_n == pytest.approx(250.0, rel=0.02)
+
+
 def test_most_of_the_thrust_goes_on_while_it_turns() -> None:
     wanted_n = 200.0
     sailed = settled(pushed_astern(), Wrench(0.0, wanted_n, 0.0), 20.0)
     missing_ns = sum(wanted_n - allocation.achieved.sway_n for allocation in sailed) * DT_S
     assert missing_ns < 2.0 * wanted_n, "4 s of the turn without thrust would miss twice as much"
     assert all(abs(allocation.achieved.yaw_nm) < 0.15 * ABOAT.limits.yaw_nm for allocation in sailed)
+
+
+def reversing(astern_n: float) -> VesselConfig:
+    """ÅBOAT with thrusters that give so much in reverse."""
+    weak = (replace(t, min_n=-astern_n, astern_n=astern_n) for t in ABOAT.thrusters)
+    return replace(ABOAT, thrusters=tuple(weak))
 
 
 def way_round(config: VesselConfig, mean_n: float, now_n: float, azimuth_deg: float) -> float | None:
@@ -78,6 +92,10 @@ def test_it_turns_where_that_gains_thrust(
 
 def test_a_thruster_that_is_as_strong_astern_stays() -> None:
     assert way_round(REVOLT, -20.0, -15.0, -90.0) is None
+
+
+def test_a_thruster_that_does_not_reverse_has_no_way_round() -> None:
+    assert way_round(reversing(0.0), 0.0, 0.0, -90.0) is None
 
 
 def test_after_the_turn_it_has_to_push_astern_anew() -> None:
