@@ -100,10 +100,24 @@ class Controller:
         self._ahead: tuple[Wrench, ...] = ()
 
     def reset(self) -> None:
-        """Forget the bias force."""
+        """Forget the bias force, and what the laws remember of earlier cycles."""
         self._bias.reset()
-        self._gusts.restart()
         self._demanded = None
+        self._restart_positioning()
+        self._restart_tracking()
+
+    def _restart_positioning(self) -> None:
+        self._positioning.restart()
+        self._mean_wind.restart()
+        self._gusts.restart()
+        self._by_baseline = False
+
+    def _restart_tracking(self) -> None:
+        self._other_law = None
+        self._tracking.restart()
+        self._predictive.restart()
+        self._slow_wind.restart()
+        self._current.restart()
 
     def set_turn_rate(self, index: int, rate_radps: float) -> None:
         """Thruster `index` turns no faster: one that alone steers the boat bounds the yaw loop's bandwidth."""
@@ -127,16 +141,9 @@ class Controller:
         self._ahead = ()
         self._yaw.pushes(achieved)
         if not isinstance(setpoint, PoseSetpoint):
-            self._positioning.restart()
-            self._mean_wind.restart()
-            self._gusts.restart()
-            self._by_baseline = False
+            self._restart_positioning()
         if not isinstance(setpoint, PathSetpoint):
-            self._other_law = None
-            self._tracking.restart()
-            self._predictive.restart()
-            self._slow_wind.restart()
-            self._current.restart()
+            self._restart_tracking()
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -231,7 +238,7 @@ class Controller:
             self._bias.unwind(relevant(self._demanded), achieved, nav.yaw_rad, dt_s)
 
     def _limited(self, wrench: Wrench) -> Wrench:
-        """The wrench within the limits, remembered as the demand; one that is not finite resets the bias."""
+        """The wrench within the limits, remembered as the demand; after one that is not finite all begins anew."""
         if not finite(wrench):
             self.reset()
             return ZERO_WRENCH
@@ -267,7 +274,6 @@ class Controller:
         self._demanded = None
         wrench = law.update(setpoint, nav, dt_s)
         if not finite(wrench):
-            self._by_baseline = False
             self.reset()
             return ZERO_WRENCH
         return self._saturated(wrench)
