@@ -165,6 +165,15 @@ class Allocator(_AllocatorBase):
         self._problem = Problem(len(self._thrusters))
         self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
         self._foreseen: ThrusterPlan | None = None  # for this cycle
+        self._alone = len(self._thrusters) == 1
+        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
+        self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._thrifty = False  # in this cycle
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget the last demands, and the turns that they began."""
+        count = len(self._thrusters)
         self._short = False
         self._beyond_reach = False  # the last demand, before it was limited to what can be given with the moment
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
@@ -172,21 +181,30 @@ class Allocator(_AllocatorBase):
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         # Of the demand, in limits: what is not given, and how much more that would be without thrust.
         self._lacking = self._useful = 0.0
-        self._alone = len(self._thrusters) == 1
-        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
-        self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._much_missing = False  # of the demand
         self._has_made_way = False  # on the planned path
-        self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
+        self._crossing: list[float | None] = [None] * count  # azimuth to turn to
         self._pushes: set[int] = set()  # those of them that give thrust meanwhile
-        self._meanwhile_n = [(0.0, 0.0)] * len(self._thrusters)  # (x, y) that the others of them may give part of
-        self._pushed_n = [0.0] * len(self._thrusters)  # the last force that was not 0
-        self._apart_s = [0.0] * len(self._thrusters)
-        self._against_s = [0.0] * len(self._thrusters)
+        self._meanwhile_n = [(0.0, 0.0)] * count  # (x, y) that the others of them may give part of
+        self._pushed_n = [0.0] * count  # the last force that was not 0
+        self._apart_s = [0.0] * count
+        self._against_s = [0.0] * count
         self._strong_side = StrongSide(self._thrusters)
         self._thrift = Thrift(self._thrusters)
         self._astray = Astray(self._thrusters)
-        self._much_missing = False  # of the demand
-        self._thrifty = False  # in this cycle
+        self._foresight.reset()
+
+    def neutral(self) -> Allocation:
+        """Set all forces to zero, and begin anew; azimuths stay where they are."""
+        self._begin_anew()
+        return super().neutral()
+
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """As `_AllocatorBase.direct`; begin anew."""
+        self._begin_anew()
+        return super().direct(thrusters, dt_s, surge_mps)
 
     def update(
         self,

@@ -11,7 +11,7 @@ from companion.allocation.allocator import Allocator
 from companion.allocation.geometry import thrusters_of
 from companion.allocation.strong_side import StrongSide
 from companion.config.vessel import VesselConfig, find, load
-from companion.core.actuation import Allocation, Wrench
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.params.store import Parameters
 
 ABOAT, REVOLT = load(find("aboat")), load(find("revolt"))
@@ -44,6 +44,21 @@ def test_thrusters_that_hardly_reverse_turn_round_too() -> None:
     full = settled(a, Wrench(0.0, 250.0, 0.0), 20.0)[-1]
     assert all(command.force_n > 0.0 for command in full.thrusters)
     assert full.achieved.sway_n == pytest.approx(250.0, rel=0.02)
+
+
+@pytest.mark.parametrize("by_stick", [False, True])
+def test_a_turn_does_not_go_on_after_neutral_or_sticks(by_stick: bool) -> None:
+    """ÅBOAT was disarmed as its stern thruster began to turn. On its next sail that went on to abeam without thrust."""
+    a = pushed_astern()
+    across, ahead = Wrench(0.0, 200.0, 0.0), (ThrusterCommand(30.0, 0.35, 0.0),) * 2
+    probe = pushed_astern()
+    begins = next(k for k in range(600) if abs(probe.update(across, DT_S).thrusters[1].azimuth_rad or 0.0) < 1.5)
+    settled(a, across, begins * DT_S + 0.3)
+    a.direct(ahead) if by_stick else a.neutral()
+    found = settled(a, Wrench(100.0, 0.0, 0.0), 6.0)
+    fresh = settled(Allocator(ABOAT, Parameters(ABOAT.parameters)), Wrench(100.0, 0.0, 0.0), 6.0)
+    assert found[-1].thrusters[1].azimuth_rad == pytest.approx(fresh[-1].thrusters[1].azimuth_rad, abs=0.1)
+    assert found[-1].achieved.surge_n == pytest.approx(100.0, rel=0.01)
 
 
 def test_most_of_the_thrust_goes_on_while_it_turns() -> None:
