@@ -65,8 +65,9 @@ class TrackingLaw(Protocol):
 class Controller:
     """Setpoint → wrench within the vessel's limits.
 
-    The bias force stays while the sticks demand forces or thrusters, and is reset when the boat is neutral. Remembers
-    the bias force, the last wrench that a law demanded, and which law is active.
+    The bias force stays while the sticks demand forces or thrusters, and is reset when the boat is neutral, as is what
+    turns a bow that the weather holds. Remembers the bias force, the last wrench that a law demanded, and which law is
+    active.
     """
 
     def __init__(
@@ -102,6 +103,7 @@ class Controller:
     def reset(self) -> None:
         """Forget the bias force, and what the laws remember of earlier cycles."""
         self._bias.reset()
+        self._yaw.restart()
         self._demanded = None
         self._restart_positioning()
         self._restart_tracking()
@@ -157,6 +159,7 @@ class Controller:
                 return self._saturated(wrench)
             case NeutralSetpoint():
                 self._bias.reset()
+                self._yaw.restart()
         self._demanded = None
         return ZERO_WRENCH
 
