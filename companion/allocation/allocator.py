@@ -194,6 +194,14 @@ class Allocator(_AllocatorBase):
         self._astray = Astray(self._thrusters)
         self._foresight.reset()
 
+    def set_failed(self, index: int, failed: bool) -> None:
+        """As `_AllocatorBase.set_failed`; one that fails has no turn to end, for which the others would wait."""
+        super().set_failed(index, failed)
+        if index in self._failed:
+            self._crossing[index] = None
+            self._pushes.discard(index)
+            self._meanwhile_n[index] = (0.0, 0.0)
+
     def neutral(self) -> Allocation:
         """Set all forces to zero, and begin anew; azimuths stay where they are."""
         self._begin_anew()
@@ -293,9 +301,10 @@ class Allocator(_AllocatorBase):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
-                self._consider_turning_round(i, t, ideal[i], dt_s)
-                self._consider_thrift(i, t)
-                self._consider_strong_side(i, t)
+                if i not in self._failed:
+                    self._consider_turning_round(i, t, ideal[i], dt_s)
+                    self._consider_thrift(i, t)
+                    self._consider_strong_side(i, t)
                 self._bound_turn(i, t, dt_s)
                 if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)

@@ -46,14 +46,27 @@ def test_thrusters_that_hardly_reverse_turn_round_too() -> None:
     assert full.achieved.sway_n == pytest.approx(250.0, rel=0.02)
 
 
+def that_turns() -> Allocator:
+    """ÅBOAT with a stern thruster that has just begun to turn to its strong side."""
+    a, across = pushed_astern(), Wrench(0.0, 200.0, 0.0)
+    while abs(a.update(across, DT_S).thrusters[1].azimuth_rad or 0.0) > 1.5:
+        pass
+    return a
+
+
+def test_the_others_do_not_wait_for_the_turn_of_a_thruster_that_has_failed() -> None:
+    """ÅBOAT's bow thruster gave nothing for 4 s: it might not reverse beside one that turned without any thrust."""
+    a = that_turns()
+    a.set_failed(1, True)
+    found = settled(a, Wrench(-60.0, 0.0, -60.0), 1.5)[-1]
+    assert found.achieved.surge_n == pytest.approx(-60.0, rel=0.05)
+    assert found.achieved.yaw_nm == pytest.approx(-60.0, rel=0.05)
+
+
 @pytest.mark.parametrize("by_stick", [False, True])
 def test_a_turn_does_not_go_on_after_neutral_or_sticks(by_stick: bool) -> None:
     """ÅBOAT was disarmed as its stern thruster began to turn. On its next sail that went on to abeam without thrust."""
-    a = pushed_astern()
-    across, ahead = Wrench(0.0, 200.0, 0.0), (ThrusterCommand(30.0, 0.35, 0.0),) * 2
-    probe = pushed_astern()
-    begins = next(k for k in range(600) if abs(probe.update(across, DT_S).thrusters[1].azimuth_rad or 0.0) < 1.5)
-    settled(a, across, begins * DT_S + 0.3)
+    a, ahead = that_turns(), (ThrusterCommand(30.0, 0.35, 0.0),) * 2
     a.direct(ahead) if by_stick else a.neutral()
     found = settled(a, Wrench(100.0, 0.0, 0.0), 6.0)
     fresh = settled(Allocator(ABOAT, Parameters(ABOAT.parameters)), Wrench(100.0, 0.0, 0.0), 6.0)
