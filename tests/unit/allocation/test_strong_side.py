@@ -54,6 +54,21 @@ def that_turns() -> Allocator:
     return a
 
 
+@pytest.mark.parametrize("demand", [(-100.0, 0.0, 0.0), (0.0, -200.0, 0.0), (0.0, 0.0, -100.0)])
+def test_a_demand_that_turns_is_given_though_a_thruster_turns_round(demand: tuple[float, float, float]) -> None:
+    """ÅBOAT gave nothing for 4 s as the wind changed sides: its bow thruster might not reverse meanwhile."""
+    found = [allocation.achieved for allocation in settled(that_turns(), Wrench(*demand), 4.5)][10:]
+    limits = ABOAT.limits.surge_n, ABOAT.limits.sway_n, ABOAT.limits.yaw_nm
+    missing = [
+        max(
+            abs(asked - got) / most
+            for asked, got, most in zip(demand, (w.surge_n, w.sway_n, w.yaw_nm), limits, strict=True)
+        )
+        for w in found
+    ]
+    assert sum(missing) / len(missing) < 0.1
+
+
 def test_the_others_do_not_wait_for_the_turn_of_a_thruster_that_has_failed() -> None:
     """ÅBOAT's bow thruster gave nothing for 4 s: it might not reverse beside one that turned without any thrust."""
     a = that_turns()
