@@ -68,7 +68,8 @@ def _mission(arguments: argparse.Namespace) -> int:
     cruise_mps = arguments.speed or of_file_mps or parameters["WP_SPEED"]
     most_mps = math.inf if vessel is None else parameters["MPC_XY_VEL_MAX"]
     astern_mps = math.inf if vessel is None else stern_first_mps(vessel)
-    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps, astern_mps)
+    docks = vessel is None or (vessel.limits.sway_n > 0.0 and bool(parameters["MIS_LAND_ACT"]))
+    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps, astern_mps, docks)
     print(summary.format_summary(voyage))
     for text in _outlook(voyage, parameters):
         print(f"the boat would warn: {text}")

@@ -42,6 +42,15 @@ def test_a_survey_says_what_it_does_and_what_it_needs(capsys: pytest.CaptureFixt
     assert "note: No camera for DO_SET_CAM_TRIGG_DIST, item 2 and 1 more" in capsys.readouterr().out
 
 
+def test_a_boat_without_sideways_thrust_holds_at_a_berth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "berth.plan"
+    berth = PlanItem(0, 21, 3, 0.0, 0.0, 0.0, 90.0, 634_391_000, 103_990_000, 0.0)
+    file.write_text(files.write(file.name, files.PlanFile((berth,), home=(63.4389, 10.399, 0.0))), encoding="utf-8")
+    for vessel, told in (("revolt", "comes alongside"), ("blueboat", "holds there, and does not dock")):
+        assert main(["mission", str(file), "--vessel", vessel]) == 0
+        assert f"note: item 1 {told}" in capsys.readouterr().out
+
+
 def far(tmp_path: Path, north_m: float) -> str:
     file = tmp_path / "far.plan"
     north = [
