@@ -194,11 +194,12 @@ class Requests:
             return self._refuse(Result.TEMPORARILY_REJECTED, "Resume refused: no paused mission", now_s)
         return self.request_mode(ModeId.MISSION, now_s)
 
-    def set_current(self, seq: int, reset: bool, now_s: float) -> Outcome:
-        """Make `seq` the mission's current item, under way or not."""
+    def set_current(self, seq: int | None, reset: bool, now_s: float) -> Outcome:
+        """Make `seq` the mission's current item, under way or not; None: keep the present one."""
         reason = self.parts.executor.set_current(seq, reset)
         if reason is not None:
-            return self._refuse(Result.DENIED, f"Item {item_number(seq)} refused: {reason}", now_s)
+            item = "Present item" if seq is None else f"Item {item_number(seq)}"
+            return self._refuse(Result.DENIED, f"{item} refused: {reason}", now_s)
         return ACCEPTED
 
     def reset_mission(self, now_s: float) -> Outcome:

@@ -121,6 +121,24 @@ def test_what_the_boat_would_refuse_is_said(tmp_path: Path, capsys: pytest.Captu
     assert not (tmp_path / "a.png").exists()
 
 
+def test_what_that_boat_would_refuse_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, vessel = tmp_path / "a.waypoints", tmp_path / "revolt.toml"
+    lines = (
+        "QGC WPL 110",
+        "0\t1\t0\t16\t0\t0\t0\t0\t63.4389\t10.399\t0\t1",
+        "1\t0\t3\t22\t0\t0\t0\t0\t63.4389\t10.399\t0\t1",
+        "2\t0\t3\t18\t1\t0\t0.5\t0\t63.439\t10.399\t0\t1",
+    )
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert main(["mission", str(file)]) == 0
+    assert main(["mission", str(file), "--vessel", "revolt"]) == 1
+    assert "NAV_LOITER_TURNS radius (param3) is 0.5 m; this boat needs" in capsys.readouterr().err
+    text = find("revolt").read_text(encoding="utf-8")
+    vessel.write_text(text.replace("[parameters]", "[parameters]\nCOM_TAKEOFF_OK = 0"), encoding="utf-8")
+    assert main(["mission", str(file), "--vessel", str(vessel)]) == 1
+    assert "item 1: NAV_TAKEOFF is not for a boat (COM_TAKEOFF_OK)" in capsys.readouterr().err
+
+
 def test_a_conversion_that_would_lose_something_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "tour.gpx"
     assert main(["mission", str(TOUR), "--convert", str(out)]) == 2
