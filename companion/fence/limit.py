@@ -76,25 +76,35 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
 def _next_line(
     stopping: FenceArea, nav: NavState, way: Place, nearest: tuple[float, Margin], parameters: Parameters
 ) -> SpeedLimit:
-    """The limit of a boat that lies too near to one line, by what else lies on its way: as of one so far in that this
-    line leaves it free. What of its way leads out over this line does not count. `nearest`: distance to the edge of the
-    stopping area, and the margin to the line itself."""
-    edge_m, near = nearest
-    reserve_m, beyond_m = SIGMAS * nav.position_accuracy_m, max(0.0, -edge_m) + _INSIDE_M
-    begin = _inwards((nav.north_m, nav.east_m), near, beyond_m)
-    closing = max(0.0, way[0] * near.north + way[1] * near.east)
-    along = way[0] - closing * near.north, way[1] - closing * near.east
-    share = math.hypot(*along)
+    """The limit of a boat that lies too near to one line, by what else lies on its way."""
+    reserve_m = SIGMAS * nav.position_accuracy_m
+    way_m, share = way_to_next_line_m(stopping, (nav.north_m, nav.east_m), way, nearest, reserve_m)
     if share < _STRAIGHT_OUT:
         return NO_LIMIT
-    course = along[0] / share, along[1] / share
-    if not stopping.contains(*begin):  # in a corner, beyond the edge of another line too
-        back = stopping.margin(*begin)
-        return NO_LIMIT if course[0] * back.north + course[1] * back.east >= 0.0 else SpeedLimit(0.0, way=way)
-    wide_m = stopping.way_to_line_m(*begin, -near.north, -near.east)
-    begin = _inwards(begin, near, min(max(0.0, reserve_m - edge_m - beyond_m), 0.5 * wide_m))
-    found = _stopping(stopping.way_to_line_m(*begin, *course) - reserve_m, course, edge_m, parameters)
+    found = _stopping(way_m - reserve_m, way, nearest[0], parameters)
     return SpeedLimit(found.speed_mps / share, found.braking_mps2 / share, way)
+
+
+def way_to_next_line_m(
+    area: FenceArea, place: Place, way: Place, nearest: tuple[float, Margin], reserve_m: float
+) -> tuple[float, float]:
+    """How far a boat that is not `reserve_m` inside an area may go beside the line there, until the edge that comes
+    next, and the share of its way that leads along: what of it leads out over that line does not count. As from a place
+    so far in that this line leaves it free. 0 where it is beyond the edge of another line too, and goes on out.
+    `nearest`: distance to the edge of the area, and the margin to the line itself."""
+    edge_m, near = nearest
+    beyond_m = max(0.0, -edge_m) + _INSIDE_M
+    closing = max(0.0, way[0] * near.north + way[1] * near.east)
+    along = way[0] - closing * near.north, way[1] - closing * near.east
+    share = max(1.0e-9, math.hypot(*along))
+    course = along[0] / share, along[1] / share
+    begin = _inwards(place, near, beyond_m)
+    if not area.contains(*begin):
+        back = area.margin(*begin)
+        return (math.inf if course[0] * back.north + course[1] * back.east >= 0.0 else 0.0), share
+    wide_m = area.way_to_line_m(*begin, -near.north, -near.east)
+    begin = _inwards(begin, near, min(max(0.0, reserve_m - edge_m - beyond_m), 0.5 * wide_m))
+    return area.way_to_line_m(*begin, *course), share
 
 
 def _inwards(place: Place, near: Margin, by_m: float) -> Place:
