@@ -238,7 +238,7 @@ class ObstacleGuard:
         self.water.set_obstacles(lying, nav, inputs.speed_mps)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
         if not len(lying) and self._chart.water is None:
-            self._cramped_s = None
+            self._cramped_s, self._backing = None, False
             self._open(now_s)
             return
         self._give_room(mode, inputs)
