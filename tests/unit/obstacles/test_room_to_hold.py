@@ -143,6 +143,15 @@ def test_it_backs_no_longer_than_something_lies_there() -> None:
     assert bridge.steer(PathSetpoint(0.0), mode) == PathSetpoint(0.0)
 
 
+@pytest.mark.parametrize(("off_m", "backs"), [(12.0, True), (3.0, False)])
+def test_it_does_not_back_onto_what_passes_astern(off_m: float, backs: bool) -> None:
+    bridge = Bridge((4.5, 0.0, 1.0), config=SKIFF)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    bridge.seen.passing = np.array([(-off_m, 0.5, 1.0)])
+    out = bridge.steer(PathSetpoint(0.0), Sailing(drifts=True, held_point=(0.0, 0.0)))
+    assert isinstance(out, WrenchSetpoint) is backs
+
+
 def test_out_of_the_way_astern_a_boat_with_a_rudder_does_not_steer() -> None:
     """A launch of 7 m told to go astern pushed ahead for its rudder, half of the time, and touched a stone."""
     drift = {"surge_mps": 0.3, "north_mps": 0.3, "current_north_mps": 0.3, "current_east_mps": 0.0}
