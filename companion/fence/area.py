@@ -280,7 +280,7 @@ def _polygon(shape: Shape, inclusion: bool, most: int) -> BaseGeometry:
     """A zone as a shapely polygon. A circle becomes one of at most `most` sides, inside it (inclusion) or around it
     (exclusion)."""
     if not isinstance(shape, Disc):
-        return shapely.make_valid(Polygon(shape))
+        return _areal(shapely.make_valid(Polygon(shape)))  # GEOS refuses some mixtures of areas and lines
     sag = min(0.5, _SAG_M / shape.radius_m)
     count = min(most, max(16, math.ceil(math.pi / math.acos(1.0 - sag))))
     radius_m = shape.radius_m if inclusion else shape.radius_m / math.cos(math.pi / count)
