@@ -485,17 +485,14 @@ class FenceGuard:
         return nav if share >= 1.0 else replace(nav, surge_mps=share * nav.surge_mps, sway_mps=share * nav.sway_mps)
 
     def reach_mps(self, place: Place, velocity: Place, deceleration_mps2: float) -> float:
-        """Speed from which a reference at `place`, in the direction of `velocity`, still stops inside the keeping area.
-        Infinite outside on the way in, 0 outside on the way out."""
+        """Speed from which a reference at `place`, in the direction of `velocity`, still stops inside the keeping area;
+        0 outside on the way out."""
         areas = self.areas()
         speed = math.hypot(*velocity)
         if areas is None or speed < 1.0e-6:
             return math.inf
         north, east = velocity[0] / speed, velocity[1] / speed
-        if areas.keeping.contains(*place):
-            return speed_to_stop_in(areas.keeping.way_to_line_m(*place, north, east), deceleration_mps2, 0.0)
-        near = areas.keeping.margin(*place)
-        return math.inf if north * near.north + east * near.east > 0.0 else 0.0
+        return speed_to_stop_in(areas.keeping.way_inside_m(*place, north, east), deceleration_mps2, 0.0)
 
     def limited(
         self, setpoint: Setpoint, mode: SteeredMode, nav: NavState, cruise_mps: float, now_s: float

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from companion.core.decision import ModeId
@@ -39,3 +41,13 @@ def test_away_from_the_near_line_it_is_left_to_the_operator(boat: Boat) -> None:
     at(boat, 0.0, 50.0 - HALF_M - 0.1, north_mps=0.3, east_mps=-0.8)
     boat.step()
     assert boat.status.mode is ModeId.MANUAL and not boat.status.failsafes
+
+
+@pytest.mark.parametrize("beside_m", [0.0, 5.0])
+def test_what_is_steered_from_elsewhere_stops_before_the_next_line(boat: Boat, beside_m: float) -> None:
+    """Off a line by less than plans keep, a velocity a little inwards counted as one that leads in, without a limit."""
+    fence(boat)
+    east_m = 50.0 - HALF_M - 0.1 - beside_m
+    speeds = [boat.fence_guard.reach_mps((north_m, east_m), (1.0, -0.02), 0.1) for north_m in (0.0, 38.0, 47.9)]
+    assert speeds == pytest.approx([math.sqrt(0.2 * way_m) for way_m in (48.0, 10.0, 0.1)], abs=0.01)
+    assert boat.fence_guard.reach_mps((0.0, 49.0), (1.0, 0.02), 0.1) == 0.0
