@@ -222,7 +222,8 @@ class CorrectionsSource:
 class Caster:
     """The beginning of a conversation with an NTRIP caster, version 1: request, answer, then bare RTCM.
 
-    Remembers whether the line was open, the unfinished first line of the answer, and when a request may go out again.
+    Remembers whether the line was open, the unfinished first line of the answer, whether that was a refusal, and when a
+    request may go out again.
     """
 
     def __init__(self, config: CorrectionsConfig) -> None:
@@ -230,13 +231,14 @@ class Caster:
         self._was_open = False
         self._header: bytes | None = b""  # None once the answer was good
         self._may_ask_s = self._position_s = -math.inf
-        self._asked = False
+        self._asked = self._refused = False
         self.trouble = ""
 
     def request(self, is_open: bool, now_s: float) -> bytes:
         """What to send now; b'' for nothing. `is_open`: whether the line is open."""
-        if is_open and not self._was_open:
-            self._header, self._asked = b"", False
+        anew = not self._was_open or (self._refused and now_s >= self._may_ask_s)  # not every caster hangs up
+        if is_open and anew:
+            self._header, self._asked, self._refused = b"", False, False
         self._was_open = is_open
         if not is_open or self._asked or now_s < self._may_ask_s:
             return b""
@@ -253,6 +255,8 @@ class Caster:
         """The part of the bytes that may be RTCM."""
         if self._header is None:
             return data
+        if self._refused:
+            return b""  # the rest of that answer
         self._header += data
         first, end, rest = self._header.partition(b"\r\n")
         if not end and len(self._header) < _MOST_HEADER:
@@ -262,7 +266,7 @@ class Caster:
         if len(words) >= 2 and words[1] == "200" and not text.startswith("SOURCETABLE"):
             self._header, self.trouble = None, ""
             return rest
-        self._header = b""
+        self._header, self._refused = b"", True
         self._may_ask_s = now_s + _PATIENCE_S
         known = (
             f"the caster has no mountpoint {self._config.mountpoint}"
