@@ -126,7 +126,11 @@ class ScriptKeeper:
             self._news.put((script.name, news))
 
     def _start(self, script: KeptScript, now_s: float) -> None:
-        ours, theirs = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            ours, theirs = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        except OSError as error:
+            script.keeping.not_started(f"not started: {error.strerror}", now_s)
+            return
         script.status, script.heard, script.reason, script.beat_s = ours, b"", "", now_s
         given = (theirs,) if script.link < 0 else (theirs, script.link)
         settings = replace(script.settings, status=theirs, link=script.link, keeper=os.getpid())

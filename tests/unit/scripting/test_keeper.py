@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -203,6 +204,19 @@ def test_what_it_does_not_read_holds_nobody_up(tmp_path: Path) -> None:
         endpoint.flush(0.0)
     assert max(map(len, kept.texts)) < 120 and sum("xxx" in text for text in kept.texts) < 20
     kept.close()
+
+
+def test_a_script_for_which_no_descriptor_is_left_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(flags: int) -> tuple[int, int]:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    settings = Settings(str(tmp_path / "script.py"), (), 231, str(tmp_path / "feed.sock"), str(tmp_path), 0, -1)
+    script = KeptScript("late", Keeping("late", "failure", 0.0, 1.0), settings)
+    keeper = ScriptKeeper([], lambda *said: None, lambda: True)
+    monkeypatch.setattr(os, "pipe2", refused)
+    keeper.look_after(script)
+    keeper.close()
+    assert script.keeping.fault == "not started: Too many open files" and not script.keeping.over
 
 
 def test_settings_go_over_a_command_line() -> None:
