@@ -67,6 +67,22 @@ def test_two_base_stations_are_not_mixed() -> None:
     assert desk.got() == frame(50, 8)
 
 
+def test_the_next_source_takes_over_after_the_silence_that_the_file_says() -> None:
+    desk = Desk("corrections_1", "corrections_2")
+    configs = (CorrectionsConfig("tcpout:10.0.0.1:1", timeout_s=3.0), CorrectionsConfig("tcpout:10.0.0.2:1"))
+    lines = [Listening() for _ in configs]
+    first, second = (
+        CorrectionsSource(config, f"corrections_{n}", line, desk.relay)
+        for n, (config, line) in enumerate(zip(configs, lines, strict=True), 1)
+    )
+    lines[0].chunks = [(0.0, frame(50, 1))]
+    first.read(0.0)
+    for number, now_s in enumerate((2.9, 3.1), 2):
+        lines[1].chunks = [(now_s, frame(50, number))]
+        second.read(now_s)
+    assert desk.got() == frame(50, 1) + frame(50, 3)
+
+
 def test_what_one_station_sends_over_two_links_goes_out_once() -> None:
     desk = Desk()
     for k in range(5):
