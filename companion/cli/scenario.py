@@ -133,7 +133,7 @@ def _run(arguments: argparse.Namespace) -> int:
             )
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
-    _print_result(result)
+    print_result(result)
     if not result.ok:
         _note_weather(scenario, arguments.vessel or scenario.vessel, changes)
     leave_page(folder)
@@ -164,7 +164,8 @@ def _changes(texts: Sequence[str]) -> dict[str, str]:
     return changes
 
 
-def _print_result(result: ScenarioResult) -> None:
+def print_result(result: ScenarioResult) -> None:
+    """Print the figures of a run, its checks and its margins."""
     print(result.boat)
     for name, value in result.metrics.items():
         print(f"{name:24} {value:10.3f}")
