@@ -14,7 +14,7 @@ from companion.config.actuators.nmea2000 import Nmea2000Config
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.nearest import did_you_mean
-from sitl.lie_table import SIZED, text_of
+from sitl.lie_table import SIZED, Lie, text_of
 
 OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
 _FIXED = {
@@ -115,7 +115,7 @@ def parse(text: str, vessel: VesselConfig) -> Fault:
         name,
         start_s,
         start_s + duration_s,
-        None if lie is None else _size(text, size) if sized else lie.size,
+        None if lie is None else _size(text, size, lie) if sized else lie.size,
         _device(text, device, vessel) if limited else None,
     )
 
@@ -133,13 +133,16 @@ def _badly_written(text: str) -> ConfigError:
     return ConfigError([f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"])
 
 
-def _size(text: str, size: str) -> float:
+def _size(text: str, size: str, lie: Lie) -> float:
     try:
         value = float(size)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
         raise ConfigError([f"fault '{text}': write NAME=SIZE@T, as gnss_jump=5@60"])
+    least, most = lie.limits
+    if not least <= value <= most:
+        raise ConfigError([f"fault '{text}': the size must be {least:g} to {most:g} {lie.unit}".rstrip()])
     return value
 
 

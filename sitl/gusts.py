@@ -22,6 +22,7 @@ _ROUGH_M, _KARMAN = 0.0002, 0.4  # open sea (DNV-RP-C205, table 2-1)
 _COUNT, _FINE = 48, 60
 _SLOWEST_HZ, _FASTEST_HZ = 1.0 / 600.0, 1.0
 _HALVINGS = 40
+_STORM_MPS = 1000.0  # no profile with such a wind at 10 m means anything
 
 
 def davenport(f_hz: Array, mean_mps: float, height_m: float) -> Array:
@@ -82,14 +83,33 @@ def at_height(name: str, mean_mps: float, height_m: float) -> float:
 
 
 def at_ten_metres(name: str, mean_mps: float, height_m: float) -> float:
-    """Mean wind at 10 m, of that at a lower height above the water."""
+    """Mean wind at 10 m, of that at a lower height above the water. Raises ConfigError for one that no wind at 10 m
+    makes there: near the water NPD's profile slows a stronger wind more than it is stronger."""
     low, high = mean_mps, mean_mps
     while at_height(name, high, height_m) < mean_mps:
         high *= 2.0
+        if high > _STORM_MPS:
+            high = _windiest(name, mean_mps, height_m)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if at_height(name, middle, height_m) < mean_mps else (low, middle)
     return high
+
+
+def _windiest(name: str, mean_mps: float, height_m: float) -> float:
+    """The wind at 10 m that makes the strongest one at that height. Raises ConfigError where that is weaker than
+    `mean_mps`."""
+    winds = [0.1 * tenth for tenth in range(1, round(10.0 * _STORM_MPS))]
+    best = max(winds, key=lambda wind_mps: at_height(name, wind_mps, height_m))
+    most_mps = at_height(name, best, height_m)
+    if most_mps < mean_mps:
+        raise ConfigError(
+            [
+                f"wind of {mean_mps:g} m/s at the boat, {height_m:.2g} m above the water: by the spectrum '{name}' it "
+                f"has {most_mps:.1f} m/s there at most; ask for less, or for gusts by davenport or kaimal"
+            ]
+        )
+    return best
 
 
 class Gusts:

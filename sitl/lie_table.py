@@ -3,21 +3,25 @@ and the size that it has where none is given."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 IMU_AXES = ("x", "y", "z", "roll", "pitch", "yaw")  # of specific force, and of angular rate
+LATEST_S = 10.0  # of a receiver's solutions
 _BIASES = (0.5, 0.5, 0.5, 3.0, 3.0, 3.0)
 _UNITS = ("m/s²",) * 3 + ("deg/s",) * 3
 
 
 @dataclass(frozen=True, slots=True)
 class Lie:
-    """What a lying sensor does, for people. `size`: what NAME=SIZE replaces, in `unit`; None: the lie has no size."""
+    """What a lying sensor does, for people. `size`: what NAME=SIZE replaces, in `unit`; None: the lie has no size.
+    `limits`: the least and the largest that mean something."""
 
     text: str
     size: float | None = None
     unit: str = ""
+    limits: tuple[float, float] = (-math.inf, math.inf)
 
 
 LIES: Mapping[str, Lie] = {
@@ -47,9 +51,11 @@ LIES: Mapping[str, Lie] = {
 }
 
 TROUBLES: Mapping[str, Lie] = {
-    "gnss_late": Lie("receivers' values are that old when they are sent, and bear the time of sending", 0.3, "s"),
-    "gnss_jitter": Lie("solutions arrive later by up to that, each by another time", 0.1, "s"),
-    "gnss_dropped": Lie("that share of the solutions is left out", 0.3),
+    "gnss_late": Lie(
+        "receivers' values are that old when they are sent, and bear the time of sending", 0.3, "s", (0.0, LATEST_S)
+    ),
+    "gnss_jitter": Lie("solutions arrive later by up to that, each by another time", 0.1, "s", (0.0, LATEST_S)),
+    "gnss_dropped": Lie("that share of the solutions is left out", 0.3, "", (0.0, 1.0)),
     "gnss_multipath": Lie("positions have a further error of that size, another one every 20 s", 0.5, "m"),
 }
 SIZED: Mapping[str, Lie] = {**LIES, **TROUBLES}

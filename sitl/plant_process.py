@@ -104,12 +104,14 @@ class PlantProcess:
 def parse_leader(text: str, home_yaw_rad: float) -> LeadBoatConfig:
     """`thesis@8.2` or `thesis@8.2+60`: a lead boat 20 m ahead of home that departs after 30 s, or the seconds given.
 
-    Raises ConfigError for a time that is not a number. The script is checked when the lead boat is built.
+    Raises ConfigError for a time that is no number of seconds. The script is checked when the lead boat is built.
     """
     script, plus, departs = text.partition("+")
     try:
         depart_s = float(departs) if plus else _DEPARTS_S
-    except ValueError as error:
-        raise ConfigError([f"leader '{text}': write SCRIPT@MPS+SECONDS, as thesis@8.2+30"]) from error
+    except ValueError:
+        depart_s = math.nan
+    if not 0.0 <= depart_s < math.inf:
+        raise ConfigError([f"leader '{text}': write SCRIPT@MPS+SECONDS, as thesis@8.2+30"])
     start = _AHEAD_M * math.cos(home_yaw_rad), _AHEAD_M * math.sin(home_yaw_rad), home_yaw_rad
     return LeadBoatConfig("leader", script, start, depart_s)

@@ -9,17 +9,18 @@ from dataclasses import replace
 from companion.config.vessel import HomeConfig
 from companion.core.geodesy import LocalFrame
 from sitl.faults import Faults
+from sitl.lie_table import LATEST_S
 from sitl.noise import GaussMarkov, Normals, stream
 from sitl.sensors import GnssSample
 
-_LATEST_S = 2.0
 _MULTIPATH_TAU_S = 20.0
 
 
 class ReceiverTroubles:
     """Call `sent` for each solution of the receiver, and `arrival_s` for each that is sent.
 
-    Remembers the solutions of the last seconds, the multipath, its place in the noise, and when the last one arrives.
+    Remembers the solutions of the last seconds, the multipath and its age, its place in the noise, and when the last
+    one arrives.
     """
 
     def __init__(self, faults: Faults, name: str, home: HomeConfig, dt_s: float, seed: int) -> None:
@@ -32,18 +33,20 @@ class ReceiverTroubles:
         self._multipath = [GaussMarkov(normals, 1.0, _MULTIPATH_TAU_S) for _ in range(2)]
         self._solutions: deque[tuple[float, GnssSample]] = deque()
         self._arrives_s = 0.0
+        self._walked_s = dt_s  # of multipath that the next solution has
 
     def sent(self, sample: GnssSample, t_s: float) -> GnssSample | None:
         """What the receiver sends at `t_s`, stamped with that time; None: this solution is left out."""
         solutions = self._solutions
         solutions.append((t_s, sample))
-        while solutions[0][0] < t_s - _LATEST_S:
+        while solutions[0][0] < t_s - LATEST_S:
             solutions.popleft()
         late_s = self._size("gnss_late")
         if late_s > 0.0:
             sample = next((old for at_s, old in reversed(solutions) if at_s <= t_s - late_s + 1e-6), solutions[0][1])
         dropped, multipath_m = self._size("gnss_dropped"), self._size("gnss_multipath")
         if dropped > 0.0 and self._uniform() < dropped:
+            self._walked_s += self._dt_s
             return None
         return sample if multipath_m == 0.0 else self._reflected(sample, multipath_m)
 
@@ -57,7 +60,8 @@ class ReceiverTroubles:
         return sum(fault.size or 0.0 for fault in self._faults.lies(self._name) if fault.name == name)
 
     def _reflected(self, sample: GnssSample, sigma_m: float) -> GnssSample:
-        north_m, east_m = (sigma_m * walk.update(self._dt_s) for walk in self._multipath)
+        north_m, east_m = (sigma_m * walk.update(self._walked_s) for walk in self._multipath)
+        self._walked_s = self._dt_s
         if sample.position is None:
             return sample
         lat_deg, lon_deg, altitude_m = sample.position

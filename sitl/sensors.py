@@ -173,7 +173,7 @@ class GnssModel:
         y_mps = hull.yaw_rate_radps * x - waves.roll_rate_radps * config.z_m
         return GnssSample(
             now,
-            (*self._place(north_m, east_m, faults), altitude_m - waves.heave_m),
+            (*self._place(north_m, east_m, faults), altitude_m),
             hull.north_mps + c * x_mps - s * y_mps + rng.gauss(0.0, now.velocity_mps),
             hull.east_mps + s * x_mps + c * y_mps + rng.gauss(0.0, now.velocity_mps),
             None if "heading_lost" in faults else wrap_pi(hull.yaw_rad - config.heading_offset_rad + heading_error),

@@ -61,7 +61,8 @@ class ThrusterLosses:
       φ³/(130/t³ + φ³) (Dang and Laheij 2004).
     * Battery: revolutions go with the voltage, thrust with its square.
 
-    Jets, rudders and sails have laws of their own for the inflow; of them only hull and battery take something.
+    Jets and rudders have laws of their own for the inflow; of them only hull and battery take something. Of a sail,
+    with its keel and rudder, nothing does: it has neither race nor battery.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class ThrusterLosses:
             else _propeller(config.propeller_m or thruster.propeller_m)
             for thruster in thrusters
         ]
+        self._sails = [thruster.kind == "sail" for thruster in thrusters]
         self._races = [self._races_at(i) for i in range(len(thrusters))]
         self._pushes_n = [_PUSHES * max(thruster.max_n, -thruster.min_n) for thruster in thrusters]
 
@@ -112,7 +114,8 @@ class ThrusterLosses:
             x_m, y_m = self._places[i]
             if propeller is None:
                 x_n, y_n, n_nm = thrusters[i].wrench()
-                surge, sway, yaw = surge + common * x_n, sway + common * y_n, yaw + common * n_nm
+                share = 1.0 if self._sails[i] else common
+                surge, sway, yaw = surge + share * x_n, sway + share * y_n, yaw + share * n_nm
             elif pushes[i][0] != 0.0:
                 flow = self._flow_at(i, velocity, _CALM if water is None else water[i])
                 share, across_n = self._in_water(propeller, pushes[i], flow)

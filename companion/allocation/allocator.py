@@ -43,6 +43,7 @@ _UNCONSTRAINED = 1  # ALLOC_KIND
 _MUCH_SHARE = 0.5  # of the demand
 _GIVEN_SHARE = 0.1  # of the demand: less may be missing where thrusters give it
 _LEEWAY = 0.01  # share of full force by which a thruster may push harder or less than foreseen
+_TURNED_COS = 0.5  # of its demand off the azimuth that a thruster turns to: further off, that is no longer its aim
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
 
@@ -165,6 +166,15 @@ class Allocator(_AllocatorBase):
         self._problem = Problem(len(self._thrusters))
         self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
         self._foreseen: ThrusterPlan | None = None  # for this cycle
+        self._alone = len(self._thrusters) == 1
+        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
+        self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._thrifty = False  # in this cycle
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget the last demands, and the turns that they began."""
+        count = len(self._thrusters)
         self._short = False
         self._beyond_reach = False  # the last demand, before it was limited to what can be given with the moment
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
@@ -172,21 +182,36 @@ class Allocator(_AllocatorBase):
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
         # Of the demand, in limits: what is not given, and how much more that would be without thrust.
         self._lacking = self._useful = 0.0
-        self._alone = len(self._thrusters) == 1
-        self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
-        self._way_mps = _WAY_LENGTHS_PS * config.length_m
+        self._much_missing = False  # of the demand
         self._has_made_way = False  # on the planned path
-        self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to
+        self._crossing: list[float | None] = [None] * count  # azimuth to turn to
         self._pushes: set[int] = set()  # those of them that give thrust meanwhile
-        self._meanwhile_n = [(0.0, 0.0)] * len(self._thrusters)  # (x, y) that the others of them may give part of
-        self._pushed_n = [0.0] * len(self._thrusters)  # the last force that was not 0
-        self._apart_s = [0.0] * len(self._thrusters)
-        self._against_s = [0.0] * len(self._thrusters)
+        self._meanwhile_n = [(0.0, 0.0)] * count  # (x, y) that the others of them may give part of
+        self._pushed_n = [0.0] * count  # the last force that was not 0
+        self._apart_s = [0.0] * count
+        self._against_s = [0.0] * count
         self._strong_side = StrongSide(self._thrusters)
         self._thrift = Thrift(self._thrusters)
         self._astray = Astray(self._thrusters)
-        self._much_missing = False  # of the demand
-        self._thrifty = False  # in this cycle
+        self._foresight.reset()
+
+    def set_failed(self, index: int, failed: bool) -> None:
+        """As `_AllocatorBase.set_failed`; one that fails has no turn to end, for which the others would wait."""
+        super().set_failed(index, failed)
+        if index in self._failed:
+            self._end_turn(index)
+
+    def neutral(self) -> Allocation:
+        """Set all forces to zero, and begin anew; azimuths stay where they are."""
+        self._begin_anew()
+        return super().neutral()
+
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """As `_AllocatorBase.direct`; begin anew."""
+        self._begin_anew()
+        return super().direct(thrusters, dt_s, surge_mps)
 
     def update(
         self,
@@ -275,10 +300,11 @@ class Allocator(_AllocatorBase):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
-                self._consider_turning_round(i, t, ideal[i], dt_s)
-                self._consider_thrift(i, t)
-                self._consider_strong_side(i, t)
-                self._bound_turn(i, t, dt_s)
+                if i not in self._failed:
+                    self._consider_turning_round(i, t, ideal[i], dt_s)
+                    self._consider_thrift(i, t)
+                    self._consider_strong_side(i, t, ideal[i])
+                self._bound_turn(i, t, ideal[i], dt_s)
                 if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)
                 elif astray and self._crossing[i] is None:
@@ -289,7 +315,7 @@ class Allocator(_AllocatorBase):
             force if abs(force) > _NOTHING_N else last for force, last in zip(self._forces, self._pushed_n, strict=True)
         ]
 
-    def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
+    def _bound_turn(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side.
         To save power it turns with no more than it then gives and never against that, lest the others drive the boat
         off meanwhile."""
@@ -301,14 +327,12 @@ class Allocator(_AllocatorBase):
                 self._bound_meanwhile(i, step)
             problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
             if step == target:
-                self._crossing[i] = None
-                self._pushes.discard(i)
-                self._meanwhile_n[i] = (0.0, 0.0)
+                self._end_turn(i)
             return
         low, high = t.sectors.span(present)
         low, high = max(low, present - reach), min(high, present + reach)
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
-        if (self._pushes or self._helped) and i not in self._pushes:
+        if (self._pushes or self._helped) and i not in self._pushes and not self._is_to_change(i, t, ideal):
             self._keep_sign(i)
 
     @property
@@ -323,6 +347,12 @@ class Allocator(_AllocatorBase):
         low_n, high_n = problem.force_low_n[i], problem.force_high_n[i]
         problem.force_low_n[i] = min(high_n, max(low_n, min(0.0, most_n)))
         problem.force_high_n[i] = max(low_n, min(high_n, max(0.0, most_n)))
+
+    def _is_to_change(self, i: int, t: Thruster, ideal: tuple[float, float]) -> bool:
+        """Whether the demand has turned, and with it the side to which one thruster is to push."""
+        azimuth = self._azimuths[i]
+        along_n = ideal[0] * math.cos(azimuth) + ideal[1] * math.sin(azimuth)
+        return math.copysign(along_n, along_n * self._pushed_n[i]) < -_IDLE_SHARE * t.max_n
 
     def _keep_sign(self, i: int) -> None:
         """Let one thruster push only as it does now: beside one that turns with thrust it would turn round, too."""
@@ -440,14 +470,27 @@ class Allocator(_AllocatorBase):
                 self._meanwhile_n[i] = (x, y)
             self._thrift.turned_round(i)
 
-    def _consider_strong_side(self, i: int, t: Thruster) -> None:
-        """Begin to turn a thruster that has long pushed hard astern, with thrust: all of it may be needed."""
-        if self._crossing[i] is None and not self._alone and not self._others_cross(i):
+    def _consider_strong_side(self, i: int, t: Thruster, ideal: tuple[float, float]) -> None:
+        """Begin to turn a thruster that has long pushed hard astern, with thrust: all of it may be needed. One that
+        hardly reverses turns only where an axis falls short. Where the demand has turned meanwhile, the turn ends."""
+        target_rad = self._crossing[i]
+        if target_rad is not None and i in self._pushes:
+            along_n, asked_n = ideal[0] * math.cos(target_rad) + ideal[1] * math.sin(target_rad), math.hypot(*ideal)
+            if asked_n > _IDLE_SHARE * t.max_n and along_n < _TURNED_COS * asked_n:
+                self._end_turn(i)
+            return
+        worth = t.reversible or self._short
+        if worth and target_rad is None and not self._alone and not self._others_cross(i):
             target_rad = self._strong_side.way_round_rad(i, t, self._forces[i], self._azimuths[i])
             if target_rad is not None:
                 self._crossing[i] = target_rad
                 self._pushes.add(i)
                 self._strong_side.turned(i)
+
+    def _end_turn(self, i: int) -> None:
+        self._crossing[i] = None
+        self._pushes.discard(i)
+        self._meanwhile_n[i] = (0.0, 0.0)
 
     def _aim(self, i: int, t: Thruster, direction_rad: float) -> tuple[float, bool]:
         """(azimuth that pushes best in that direction, whether in reverse); of two equal ones the nearer."""

@@ -45,7 +45,7 @@ class JetAllocator(SteeredAllocator):
 
     def neutral(self) -> Allocation:
         """Stop the impeller; the nozzle stays where it is."""
-        self._throttle = 0.0
+        self._throttle = self._short_s = 0.0
         return self._result(None, 0.0)
 
     def _take_throttle(self, throttle: float, dt_s: float) -> None:

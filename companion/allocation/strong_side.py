@@ -24,7 +24,7 @@ class StrongSide:
     point, which asks for much, is over before a turn would pay."""
 
     def __init__(self, thrusters: Sequence[Thruster]) -> None:
-        self._stronger = [t.max_n > _WORTH * -t.min_n if t.turns and t.reversible else False for t in thrusters]
+        self._stronger = [t.turns and t.max_n > _WORTH * -t.min_n > 0.0 for t in thrusters]
         self._mean_n = [0.0] * len(self._stronger)
         self._long_n = [0.0] * len(self._stronger)
 

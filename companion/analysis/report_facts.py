@@ -12,6 +12,7 @@ import numpy as np
 from companion.analysis.report_data import WATCHED, Array, Recorded
 from companion.analysis.svg_chart import clock
 
+_LONGEST_STEP_S = 5.0  # a longer one is a boat that stood still in a stopped process
 _LATE_SHARE = 1.5  # of the period, between two ticks
 _AT_LIMIT = 0.97
 _LASTING_S = 1.0  # a mode whose errors say something
@@ -263,11 +264,11 @@ def plain(name: str) -> str:
 
 
 def distance_m(recorded: Recorded) -> float:
-    """Way over ground while the position was valid."""
+    """Way over ground while the boat was armed and its position valid, as the end of a run tells it."""
     ticks = recorded.ticks
-    valid = ticks["position_valid"] > 0.0
-    way = np.hypot(np.diff(ticks["north_m"]), np.diff(ticks["east_m"]))
-    return float(np.sum(way[valid[1:] & valid[:-1]]))
+    step_s = np.minimum(np.diff(recorded.t_s, prepend=recorded.t_s[0]), _LONGEST_STEP_S)
+    sails = (ticks["armed"] > 0.0) & (ticks["position_valid"] > 0.0)
+    return float(np.nansum((step_s * np.hypot(ticks["surge_mps"], ticks["sway_mps"]))[sails]))
 
 
 def mode_times(recorded: Recorded) -> dict[str, float]:

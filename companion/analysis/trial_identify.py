@@ -250,13 +250,15 @@ def _text(found: TrialIdentification) -> str:
     return "\n".join(lines)
 
 
-def write(found: TrialIdentification, folder: Path, stem: str, date: str) -> tuple[Path, Path | None]:
-    """Write the overlay `stem.trial-date.toml` and the picture into `folder`: (overlay, picture; None without
-    matplotlib). Raises OSError."""
+def write(
+    found: TrialIdentification, folder: Path, stem: str, date: str, pictures: Path | None = None
+) -> tuple[Path, Path | None]:
+    """Write the overlay `stem.trial-date.toml` into `folder`, the picture into `pictures` or the log folder: (overlay,
+    picture; None without matplotlib). Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     overlay = free_place(folder, stem, date)
     replace_file(folder, overlay.name, found.overlay.encode())  # half an overlay could be accepted
-    picture: Path | None = found.log.folder / "identified.png"
+    picture: Path | None = (pictures or found.log.folder) / "identified.png"
     try:
         assert picture is not None
         plot(found.model, replace(found.fit, simulated=found.model.simulate(found.values)), picture)

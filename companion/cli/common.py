@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import math
 import os
 import shlex
 import signal
@@ -27,9 +28,20 @@ class UsageError(Exception):
 
 
 def seeds(text: str) -> range:
-    """The seeds `0-7`, or `3` alone. Raises ValueError."""
+    """The seeds `0-7`, or `3` alone. Raises ArgumentTypeError."""
     first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1)
+    with contextlib.suppress(ValueError):
+        if found := range(int(first), int(last or first) + 1):
+            return found
+    raise argparse.ArgumentTypeError(f"'{text}': write A-B, as 0-7, or one seed")
+
+
+def judge_time(speed: float, duration_s: float | None) -> None:
+    """Raises UsageError for a speed or a duration that makes no sense."""
+    if not 0.0 < speed < math.inf:
+        raise UsageError(f"--speed {speed:g}: a number above 0")
+    if duration_s is not None and not duration_s > 0.0:
+        raise UsageError(f"--duration {duration_s:g}: must be above 0")
 
 
 def chosen(option: str, asked: Sequence[str], known: Collection[str]) -> list[str]:
@@ -156,6 +168,11 @@ def judge_out_folder(folder: Path) -> None:
 def no_log(folder: Path, error: OSError) -> UsageError:
     """What to say where no log can be written in `folder`."""
     return UsageError(f"no log can be written in {folder}: {_remedy(error)} choose another folder by --log")
+
+
+def no_ports(folder: Path, error: OSError) -> UsageError:
+    """What to say where no ports of simulated devices can be made in `folder`."""
+    return UsageError(f"no ports can be made in {folder}: {_remedy(error)} choose another folder by --dir")
 
 
 def _try(folder: Path) -> None:

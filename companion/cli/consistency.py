@@ -67,12 +67,16 @@ class _Work:
 
 def _consistency(arguments: argparse.Namespace) -> int:
     from sitl.evaluate.consistency import CASES
+    from sitl.sensors import grade
 
     names = chosen("case", arguments.case, CASES)
     if not names:
         return 0
     if len(arguments.seeds) < 2:
         raise UsageError("--seeds: two or more")
+    if arguments.jobs < 1:
+        raise UsageError(f"--jobs {arguments.jobs}: must be at least 1")
+    grade(arguments.gnss)
     load_vessel(arguments.vessel)
     runs = {name: _sailed(_works(arguments, name), arguments.out, arguments.jobs) for name in names}
     from sitl.evaluate.consistency_table import figures, lines

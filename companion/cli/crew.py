@@ -30,7 +30,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """Raises UsageError for a number that makes no sense."""
     if arguments.jobs is not None and arguments.jobs < 1:
         raise UsageError(f"--jobs {arguments.jobs}: must be at least 1")
-    if arguments.minutes is not None and arguments.minutes <= 0.0:
+    if arguments.minutes is not None and not arguments.minutes > 0.0:
         raise UsageError(f"--minutes {arguments.minutes:g}: must be above 0")
 
 

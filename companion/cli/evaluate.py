@@ -48,6 +48,7 @@ def add_to(commands: Any) -> None:
 def _evaluate(arguments: argparse.Namespace) -> int:
     from sitl.evaluate.table import table
 
+    _check(arguments)
     vessel = load_vessel(arguments.vessel)
     named = [_run(text) for text in arguments.runs]
     labels = [label for label, _ in named]
@@ -57,6 +58,14 @@ def _evaluate(arguments: argparse.Namespace) -> int:
     for text in table(runs):
         print(text)
     return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Raises UsageError for a number that makes no sense."""
+    if arguments.task == "hold" and arguments.heading is not None and not math.isfinite(arguments.heading):
+        raise UsageError(f"--heading {arguments.heading:g}: in degrees, as 90")
+    if arguments.task == "route" and not arguments.radius > 0.0:
+        raise UsageError(f"--radius {arguments.radius:g}: must be above 0")
 
 
 def _run(text: str) -> tuple[str, Path]:
@@ -92,6 +101,8 @@ def _point(text: str | None) -> tuple[float, float] | None:
         north_m, east_m = map(float, text.split(","))
     except ValueError as error:
         raise UsageError(f"--point {text}: write NORTH_M,EAST_M, as 10,-5") from error
+    if not (math.isfinite(north_m) and math.isfinite(east_m)):
+        raise UsageError(f"--point {text}: write NORTH_M,EAST_M, as 10,-5")
     return north_m, east_m
 
 

@@ -95,8 +95,9 @@ def _identify_trial(arguments: argparse.Namespace) -> int:
         found = identify_trial(log, arguments.hold, told)
     print_warnings(found.warnings)
     stem = found.log.config.name if vessel_file is None else vessel_file.stem
-    overlay, picture = write(found, folder, stem, datetime.now(UTC).date().isoformat())
+    overlay, picture = write(found, folder, stem, datetime.now(UTC).date().isoformat(), arguments.out)
     print(found.text, "", f"written: {overlay}", *([] if picture is None else [f"written: {picture}"]), sep="\n")
-    option = "" if vessel_file is not None else " --vessel VESSEL"
+    beside = vessel_file is not None and folder.resolve() == vessel_file.parent.resolve()
+    option = "" if beside else f" --vessel {arguments.vessel or 'VESSEL'}"
     print(f"Nothing changes until you accept it: {typed('trial', 'accept', overlay)}{option}")
     return 0

@@ -68,7 +68,8 @@ def _mission(arguments: argparse.Namespace) -> int:
     cruise_mps = arguments.speed or of_file_mps or parameters["WP_SPEED"]
     most_mps = math.inf if vessel is None else parameters["MPC_XY_VEL_MAX"]
     astern_mps = math.inf if vessel is None else stern_first_mps(vessel)
-    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps, astern_mps)
+    docks = vessel is None or (vessel.limits.sway_n > 0.0 and bool(parameters["MIS_LAND_ACT"]))
+    voyage = summary.summarise(plan.mission, cruise_mps, plan.home, most_mps, astern_mps, docks)
     print(summary.format_summary(voyage))
     for text in _outlook(voyage, parameters):
         print(f"the boat would warn: {text}")
@@ -80,7 +81,7 @@ def _mission(arguments: argparse.Namespace) -> int:
     if arguments.convert is not None:
         arguments.convert.write_text(files.write(arguments.convert.name, plan), encoding="utf-8")
         print(f"written: {arguments.convert}")
-    refusals = _refusals(plan, vessel) + _beyond_home_circle(plan, parameters, vessel)
+    refusals = _refusals(plan, parameters, vessel) + _beyond_home_circle(plan, parameters, vessel)
     for text in refusals:
         print(f"the boat would refuse: {text}", file=sys.stderr)
     if arguments.plot is not None and not refusals:
@@ -116,8 +117,9 @@ def _outlook(voyage: Summary, parameters: Parameters) -> Iterator[str]:
     yield from (text for text in warnings if text is not None)
 
 
-def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
+def _refusals(plan: PlanFile, parameters: Parameters, vessel: VesselConfig | None) -> list[str]:
     from companion.config.reversing import stern_first_refusal
+    from companion.guidance.orbit import least_radius_m
     from companion.mission.plan import PlanKind
     from companion.mission.validation import check_item, check_plan
 
@@ -128,8 +130,10 @@ def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
     if home is None and vessel is not None:
         home = vessel.home.lat_deg, vessel.home.lon_deg
     no_astern = None if vessel is None else stern_first_refusal(vessel.thrusters)
+    least_m = 0.0 if vessel is None else least_radius_m(parameters, vessel.length_m)
+    takes_off = vessel is None or bool(parameters["COM_TAKEOFF_OK"])
     found += [
-        check_plan(kind, items, servos, relays, home=home, no_astern=no_astern)
+        check_plan(kind, items, servos, relays, least_m, takes_off, home, no_astern)
         for kind, items in lists.items()
         if items
     ]

@@ -22,6 +22,7 @@ from companion.cli.common import (
     complain,
     is_over,
     judge_log_folder,
+    judge_time,
     new_folder,
     outlive_outputs,
     print_warnings,
@@ -180,8 +181,7 @@ def _run_until_stopped(
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
     """Raises UsageError for values, and for combinations of options, that make no sense."""
-    if arguments.duration is not None and not arguments.duration > 0.0:
-        raise UsageError(f"--duration {arguments.duration:g}: must be above 0")
+    judge_time(arguments.speed, arguments.duration)
     if arguments.log_limit is not None and arguments.log_limit < 1:
         raise UsageError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
     if arguments.sitl and arguments.devices is not None:
@@ -208,8 +208,6 @@ def _tell_of_no_devices(folder: Path | None) -> None:
 
 
 def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:
-    if not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
     if arguments.clock and not simulated:
         raise UsageError("--clock needs --sitl or --devices: a real boat runs in real time")
     if not simulated and arguments.speed != 1.0:

@@ -133,7 +133,7 @@ def _run(arguments: argparse.Namespace) -> int:
             )
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
-    _print_result(result)
+    print_result(result)
     if not result.ok:
         _note_weather(scenario, arguments.vessel or scenario.vessel, changes)
     leave_page(folder)
@@ -164,13 +164,16 @@ def _changes(texts: Sequence[str]) -> dict[str, str]:
     return changes
 
 
-def _print_result(result: ScenarioResult) -> None:
+def print_result(result: ScenarioResult) -> None:
+    """Print the figures of a run, its checks and its margins."""
     print(result.boat)
     for name, value in result.metrics.items():
         print(f"{name:24} {value:10.3f}")
     for check in result.checks:
         verdict, relation = "ok  " if check.ok else "FAIL", "at least" if check.at_least else "at most"
         print(f"{verdict} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
+    if not result.checks and result.error is None:
+        print("no check: this scenario asks nothing of such a run, which is measured alone")
     for margin in result.margins:
         word = "ok  " if margin.value > 0.0 else "UNSAFE"
         print(f"{word} safety, {margin.name}: {margin.value:.3f} {margin.unit} left, at {margin.at_s:.0f} s")

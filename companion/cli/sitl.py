@@ -24,8 +24,10 @@ from companion.cli.common import (
     driven_clock,
     is_over,
     judge_log_folder,
+    judge_time,
     new_folder,
     no_log,
+    no_ports,
     typed,
 )
 from companion.cli.composition import WhileThereIsSpace
@@ -92,8 +94,7 @@ def add_to(commands: Any) -> None:
 def _sitl(arguments: argparse.Namespace) -> int:
     from sitl.plant_process import PlantProcess, serve_devices
 
-    if not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
+    judge_time(arguments.speed, arguments.duration)
     config = load_vessel(arguments.vessel)
     if arguments.log is not None:
         judge_log_folder(arguments.log)
@@ -205,8 +206,11 @@ def _default_folder(config: VesselConfig) -> Path:
 @contextlib.contextmanager
 def _locked(folder: Path) -> Any:
     """Lock a folder for one simulated boat: two would replace each other's ports."""
-    folder.mkdir(parents=True, exist_ok=True)
-    lock: IO[str] = (folder / ".lock").open("w", encoding="utf-8")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock: IO[str] = (folder / ".lock").open("w", encoding="utf-8")
+    except OSError as error:
+        raise no_ports(folder, error) from error
     with lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ from companion.core.storing import Stored, Ticket
 from companion.core.tick import Tick
 from companion.core.trial_results import TrialFinding, TrialResultError
 from companion.core.work import settle
+from companion.io.transport.threads import begun
 
 if TYPE_CHECKING:
     from companion.analysis.trial_identify import TrialIdentification
@@ -62,8 +64,8 @@ class FileTrials:
     def identify(self) -> Future[TrialFinding]:
         """As `TrialResults.identify`."""
         future: Future[TrialFinding] = Future()
-        thread = threading.Thread(target=settle, args=(future, self._identified), name="trial", daemon=True)
-        thread.start()
+        if begun(partial(settle, future, self._identified), "trial") is None:
+            future.set_exception(TrialResultError("no threads left"))
         return future
 
     def _identified(self) -> TrialFinding:

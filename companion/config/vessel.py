@@ -193,6 +193,8 @@ class PlantConfig:
     ] = "companion"
 
 
+GnssGrade = Literal["rtk", "float", "sbas", "standalone", "basin"]
+
 AS_MODELLED = "as_modelled"
 """Name of the plant whose hull is the controller's own."""
 
@@ -207,10 +209,7 @@ class SitlConfig:
         means("The plant that is used: a name in `[sitl.plants]`. `as_modelled` is the controller's own hull."),
     ] = AS_MODELLED
     plants: Annotated[dict[str, PlantConfig], means("Plants by name.")] = field(default_factory=dict)
-    gnss: Annotated[
-        str,
-        derived("Grade of the simulated receiver: `rtk`, `sbas` or `standalone`. Left out: by the sensors."),
-    ] = "rtk"
+    gnss: Annotated[GnssGrade, derived("Grade of the simulated receiver. Left out: by the sensors.")] = "rtk"
     battery_wh: Annotated[Positive, means("Energy of the simulated battery.")] = 900.0
     full_power_w: Annotated[Positive, means("Power of all thrusters together at full throttle.")] = 340.0
     hotel_power_w: Annotated[NonNegative, means("Power of everything else.")] = 20.0

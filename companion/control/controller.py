@@ -65,8 +65,9 @@ class TrackingLaw(Protocol):
 class Controller:
     """Setpoint → wrench within the vessel's limits.
 
-    The bias force stays while the sticks demand forces or thrusters, and is reset when the boat is neutral. Remembers
-    the bias force, the last wrench that a law demanded, and which law is active.
+    The bias force stays while the sticks demand forces or thrusters, and is reset when the boat is neutral, as is what
+    turns a bow that the weather holds. Remembers the bias force, the last wrench that a law demanded, and which law is
+    active.
     """
 
     def __init__(
@@ -100,10 +101,25 @@ class Controller:
         self._ahead: tuple[Wrench, ...] = ()
 
     def reset(self) -> None:
-        """Forget the bias force."""
+        """Forget the bias force, and what the laws remember of earlier cycles."""
         self._bias.reset()
-        self._gusts.restart()
+        self._yaw.restart()
         self._demanded = None
+        self._restart_positioning()
+        self._restart_tracking()
+
+    def _restart_positioning(self) -> None:
+        self._positioning.restart()
+        self._mean_wind.restart()
+        self._gusts.restart()
+        self._by_baseline = False
+
+    def _restart_tracking(self) -> None:
+        self._other_law = None
+        self._tracking.restart()
+        self._predictive.restart()
+        self._slow_wind.restart()
+        self._current.restart()
 
     def set_turn_rate(self, index: int, rate_radps: float) -> None:
         """Thruster `index` turns no faster: one that alone steers the boat bounds the yaw loop's bandwidth."""
@@ -127,16 +143,9 @@ class Controller:
         self._ahead = ()
         self._yaw.pushes(achieved)
         if not isinstance(setpoint, PoseSetpoint):
-            self._positioning.restart()
-            self._mean_wind.restart()
-            self._gusts.restart()
-            self._by_baseline = False
+            self._restart_positioning()
         if not isinstance(setpoint, PathSetpoint):
-            self._other_law = None
-            self._tracking.restart()
-            self._predictive.restart()
-            self._slow_wind.restart()
-            self._current.restart()
+            self._restart_tracking()
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -150,6 +159,7 @@ class Controller:
                 return self._saturated(wrench)
             case NeutralSetpoint():
                 self._bias.reset()
+                self._yaw.restart()
         self._demanded = None
         return ZERO_WRENCH
 
@@ -231,7 +241,7 @@ class Controller:
             self._bias.unwind(relevant(self._demanded), achieved, nav.yaw_rad, dt_s)
 
     def _limited(self, wrench: Wrench) -> Wrench:
-        """The wrench within the limits, remembered as the demand; one that is not finite resets the bias."""
+        """The wrench within the limits, remembered as the demand; after one that is not finite all begins anew."""
         if not finite(wrench):
             self.reset()
             return ZERO_WRENCH
@@ -267,7 +277,6 @@ class Controller:
         self._demanded = None
         wrench = law.update(setpoint, nav, dt_s)
         if not finite(wrench):
-            self._by_baseline = False
             self.reset()
             return ZERO_WRENCH
         return self._saturated(wrench)

@@ -47,6 +47,10 @@ class YawLoop:
         self._heave_s = _heave_s(config)
         self._sails = config.has_sail
         self._parameters = parameters
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what the weather held."""
         self._heave_nm = 0.0
 
     def steers_at(self, rate_radps: float) -> None:

@@ -15,7 +15,8 @@ def unheard(t_s: float, kind: TextKind, name: str, text: str) -> None:
 
 
 class EventLog:
-    """Collects the events of a tick. The same name and text within `repeat_s` is announced once."""
+    """Collects the events of a tick. The same name and text within `repeat_s` is announced once, unless it is news
+    again meanwhile."""
 
     def __init__(self, repeat_s: float = 10.0) -> None:
         self._repeat_s = repeat_s
@@ -30,6 +31,10 @@ class EventLog:
         event = Event(t_s, kind, name, text)
         self._last[name] = event
         self._pending.append(event)
+
+    def renew(self, name: str) -> None:
+        """What is announced next under that name is news, whatever was said before: its contrary has come true."""
+        self._last.pop(name, None)
 
     def drain(self) -> tuple[Event, ...]:
         """The events since the last call, oldest first."""

@@ -31,6 +31,7 @@ _SAG_M = 0.02  # error of the polygon that stands for a circle, to the safe side
 _MOST_ARC_SIDES, _LEAST_ARC_SIDES = 720, 12
 _MOST_DISC_SIDES = 120_000  # of all circles together: beyond that, each is drawn more coarsely
 _TOUCH_M = 1.0e-6
+_INSIDE_M = 1.0e-3  # a place so far beyond the line is surely inside
 _SIMPLER_M = 0.01
 _FEW_SIDES = 60
 _PIECE_M = 20.0
@@ -157,6 +158,17 @@ class FenceArea:
         """Distance from a place to the line along the unit vector (north, east); infinite where that never meets it."""
         return self._sides.first_hit_m(north_m, east_m, north, east)
 
+    def way_inside_m(self, north_m: float, east_m: float, north: float, east: float) -> float:
+        """As `way_to_line_m`; of a place outside, from the nearest one inside, and 0 where the vector leads out."""
+        if self.contains(north_m, east_m):
+            return self.way_to_line_m(north_m, east_m, north, east)
+        back = self.margin(north_m, east_m)
+        if north * back.north + east * back.east <= 0.0:
+            return 0.0
+        in_m = _INSIDE_M - back.distance_m
+        begin = north_m + in_m * back.north, east_m + in_m * back.east
+        return self.way_to_line_m(*begin, north, east) if self.contains(*begin) else math.inf
+
     def nearest_inside(self, north_m: float, east_m: float) -> Place | None:
         """The nearest place of the area: the place itself where it is inside. None for an empty area."""
         if self.empty:
@@ -280,7 +292,7 @@ def _polygon(shape: Shape, inclusion: bool, most: int) -> BaseGeometry:
     """A zone as a shapely polygon. A circle becomes one of at most `most` sides, inside it (inclusion) or around it
     (exclusion)."""
     if not isinstance(shape, Disc):
-        return shapely.make_valid(Polygon(shape))
+        return _areal(shapely.make_valid(Polygon(shape)))  # GEOS refuses some mixtures of areas and lines
     sag = min(0.5, _SAG_M / shape.radius_m)
     count = min(most, max(16, math.ceil(math.pi / math.acos(1.0 - sag))))
     radius_m = shape.radius_m if inclusion else shape.radius_m / math.cos(math.pi / count)

@@ -27,7 +27,15 @@ from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint, bra
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
-from companion.fence.limit import SIGMAS, SpeedLimit, closing_limits, fitted_speed_mps, speed_limit, speed_to_stop_in
+from companion.fence.limit import (
+    SIGMAS,
+    SpeedLimit,
+    closing_limits,
+    fitted_speed_mps,
+    speed_limit,
+    speed_to_stop_in,
+    way_to_next_line_m,
+)
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
 from companion.fence.sight import Sight
 from companion.guidance.coasting import Coasting
@@ -36,6 +44,7 @@ from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
+    from companion.fence.area import FenceArea, Margin
     from companion.fence.areas import FenceAreas
 
 _NO_ACTION = 0  # of GF_ACTION
@@ -420,23 +429,32 @@ class FenceGuard:
         speed = math.hypot(nav.north_mps, nav.east_mps)
         edge = areas.keeping.margin(nav.north_m, nav.east_m)
         lasting = self.cause is not None
-        way_m = math.inf
-        if speed > _DRIFT_MPS:
-            way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
-        need_m = 0.0
-        if not (mode.slows and nav.heading_valid) and edge.distance_m > 0.0:
-            need_m = self._way_to_rest_m(nav, speed) + _DECIDE_S * speed
         near = areas.fence.margin(nav.north_m, nav.east_m)
+        way_m = self._way_ahead_m(areas.keeping, nav, edge.distance_m, near) if speed > _DRIFT_MPS else math.inf
+        need_m = 0.0
+        if not (mode.slows and nav.heading_valid):
+            need_m = self._way_to_rest_m(nav, speed) + _DECIDE_S * speed
         closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
         begins = (
             (edge.distance_m <= SIGMAS * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
-            or (edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m)
+            or (speed > 2.0 * _DRIFT_MPS and way_m <= need_m)
             or (self._kept and edge.distance_m <= -self._parameters["FENCE_MARGIN"])
         )
         lasts = lasting and (edge.distance_m < _AWAY_M or way_m <= need_m)
         if not begins and not lasts:
             return None
         return self.cause if lasts else f"Fence {max(0.0, near.distance_m):.0f} m ahead"
+
+    @staticmethod
+    def _way_ahead_m(keeping: FenceArea, nav: NavState, edge_m: float, near: Margin) -> float:
+        """Way on the boat's course until the edge of the keeping area; of a boat beyond that, until the edge at the
+        line that comes next."""
+        place, speed = (nav.north_m, nav.east_m), math.hypot(nav.north_mps, nav.east_mps)
+        course = nav.north_mps / speed, nav.east_mps / speed
+        if edge_m > 0.0:
+            return keeping.way_to_line_m(*place, *course)
+        way_m, share = way_to_next_line_m(keeping, place, course, (edge_m, near), 0.0)
+        return way_m / share
 
     def _way_to_rest_m(self, nav: NavState, speed_mps: float) -> float:
         """The way that a stop takes: with sideways thrust that of the reference; without, Hold brakes or coasts as
@@ -467,17 +485,14 @@ class FenceGuard:
         return nav if share >= 1.0 else replace(nav, surge_mps=share * nav.surge_mps, sway_mps=share * nav.sway_mps)
 
     def reach_mps(self, place: Place, velocity: Place, deceleration_mps2: float) -> float:
-        """Speed from which a reference at `place`, in the direction of `velocity`, still stops inside the keeping area.
-        Infinite outside on the way in, 0 outside on the way out."""
+        """Speed from which a reference at `place`, in the direction of `velocity`, still stops inside the keeping area;
+        0 outside on the way out."""
         areas = self.areas()
         speed = math.hypot(*velocity)
         if areas is None or speed < 1.0e-6:
             return math.inf
         north, east = velocity[0] / speed, velocity[1] / speed
-        if areas.keeping.contains(*place):
-            return speed_to_stop_in(areas.keeping.way_to_line_m(*place, north, east), deceleration_mps2, 0.0)
-        near = areas.keeping.margin(*place)
-        return math.inf if north * near.north + east * near.east > 0.0 else 0.0
+        return speed_to_stop_in(areas.keeping.way_inside_m(*place, north, east), deceleration_mps2, 0.0)
 
     def limited(
         self, setpoint: Setpoint, mode: SteeredMode, nav: NavState, cruise_mps: float, now_s: float

@@ -10,13 +10,18 @@ from companion.core.estimate import NavState
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
+    from companion.fence.area import FenceArea, Margin
     from companion.fence.areas import FenceAreas
+
+Place = tuple[float, float]
 
 _CREEP_MPS = 0.05  # allowed up to the edge of the stopping area, however inaccurate the position is
 _CREEP_LAGS = 4.0  # time constant of the way to that edge, in delays of the speed: from 4 on none is overshot
 _SLOW_MPS = 0.1  # below it the course over ground is uncertain, and the demand tells where the boat will go
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
 _ASIDE_COS = 0.7  # of the angle between the course and the way to the nearest line: beyond it both count
+_INSIDE_M = 1.0e-3  # a place so far beyond an edge is surely inside
+_STRAIGHT_OUT = 0.05  # share of the way along the line, below which the boat goes straight out
 SIGMAS = 2.0
 """Of the position, that are kept to spare."""
 
@@ -47,8 +52,8 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
 
     Inside the stopping area, braking at PATH_ACC straight along the course over ground must end in there, with twice
     the position's accuracy to spare. Nearer to its edge the boat may creep outwards, ever slower, and beyond it move
-    along the line or inwards. Outside the fence it may only come back. A demand against the course is braking; then the
-    direction of the demand counts.
+    along the line or inwards, as fast as it still stops inside of the line that comes next. Outside the fence it may
+    only come back. A demand against the course is braking; then the direction of the demand counts.
     """
     way = direction(nav, demand)
     if way is None:
@@ -63,10 +68,51 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     if near.distance_m <= 0.0:
         inwards = (demand[0] * near.north + demand[1] * near.east) > 0.0 or math.hypot(*demand) == 0.0
         return NO_LIMIT if inwards else SpeedLimit(0.0, way=way)
+    next_line = _next_line(areas.stopping, nav, way, (edge.distance_m, near), parameters)
     closing = way[0] * near.north + way[1] * near.east
-    if closing <= 0.0:
+    return min(SpeedLimit(creep / closing, way=way), next_line, key=_speed) if closing > 0.0 else next_line
+
+
+def _next_line(
+    stopping: FenceArea, nav: NavState, way: Place, nearest: tuple[float, Margin], parameters: Parameters
+) -> SpeedLimit:
+    """The limit of a boat that lies too near to one line, by what else lies on its way."""
+    reserve_m = SIGMAS * nav.position_accuracy_m
+    way_m, share = way_to_next_line_m(stopping, (nav.north_m, nav.east_m), way, nearest, reserve_m)
+    if share < _STRAIGHT_OUT:
         return NO_LIMIT
-    return SpeedLimit(creep / closing, way=way)
+    found = _stopping(way_m - reserve_m, way, nearest[0], parameters)
+    return SpeedLimit(found.speed_mps / share, found.braking_mps2 / share, way)
+
+
+def way_to_next_line_m(
+    area: FenceArea, place: Place, way: Place, nearest: tuple[float, Margin], reserve_m: float
+) -> tuple[float, float]:
+    """How far a boat that is not `reserve_m` inside an area may go beside the line there, until the edge that comes
+    next, and the share of its way that leads along: what of it leads out over that line does not count. As from a place
+    so far in that this line leaves it free. 0 where it is beyond the edge of another line too, and goes on out.
+    `nearest`: distance to the edge of the area, and the margin to the line itself."""
+    edge_m, near = nearest
+    beyond_m = max(0.0, -edge_m) + _INSIDE_M
+    closing = max(0.0, way[0] * near.north + way[1] * near.east)
+    along = way[0] - closing * near.north, way[1] - closing * near.east
+    share = max(1.0e-9, math.hypot(*along))
+    course = along[0] / share, along[1] / share
+    begin = _inwards(place, near, beyond_m)
+    if not area.contains(*begin):
+        back = area.margin(*begin)
+        return (math.inf if course[0] * back.north + course[1] * back.east >= 0.0 else 0.0), share
+    wide_m = area.way_to_line_m(*begin, -near.north, -near.east)
+    begin = _inwards(begin, near, min(max(0.0, reserve_m - edge_m - beyond_m), 0.5 * wide_m))
+    return area.way_to_line_m(*begin, *course), share
+
+
+def _inwards(place: Place, near: Margin, by_m: float) -> Place:
+    return place[0] - by_m * near.north, place[1] - by_m * near.east
+
+
+def _speed(limit: SpeedLimit) -> float:
+    return limit.speed_mps
 
 
 def closing_limits(

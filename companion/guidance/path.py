@@ -29,6 +29,7 @@ _GAUSS = (
 )  # 5 points: one half of the symmetric rule
 _NODES = tuple((0.5 * (1.0 + sign * x), 0.5 * w) for x, w in _GAUSS for sign in ((1.0, -1.0) if x else (1.0,)))
 _STEPS = 60  # most Newton steps of a projection
+_PLACED_M = 1.0e-3  # how exactly many places are found by their arc length
 _CLOSE_M = 1.0e-9
 _STILL = 1.0e-4  # share of a segment by which a projection steps off a point where the curve's derivative vanishes
 
@@ -165,7 +166,33 @@ class Path:
         """(north_m, east_m) along the whole path, about evenly spaced, at most `spacing_m` apart, both ends
         included."""
         count = max(2, math.ceil(self.length_m / spacing_m) + 1)
-        t = np.interp(np.linspace(0.0, self.length_m, count), self._s, self._parameter)
+        return self._positions_at(np.interp(np.linspace(0.0, self.length_m, count), self._s, self._parameter))
+
+    def positions(self, s_m: Floats) -> tuple[Floats, Floats]:
+        """(north_m, east_m) at those arc lengths, to _PLACED_M."""
+        s, parameter, knots = np.asarray(self._s), np.asarray(self._parameter), np.asarray(self._knots)
+        k = np.clip(np.searchsorted(s, s_m, side="right") - 1, 0, len(s) - 2)
+        wanted, begin, low, high = s_m - s[k], parameter[k], parameter[k], parameter[k + 1]
+        segment = np.clip(np.searchsorted(knots, 0.5 * (low + high), side="right") - 1, 0, len(self._north) - 1)
+        at = begin - knots[segment]
+        (a, b, c, _), (e, f, g, _) = np.asarray(self._north)[segment].T, np.asarray(self._east)[segment].T
+
+        def speeds(x: Floats) -> Floats:
+            speed: Floats = np.hypot((3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g)
+            return speed
+
+        t = begin + (high - low) * wanted / np.maximum(s[k + 1] - s[k], 1.0e-12)
+        for _ in range(_STEPS):
+            width = t - begin
+            excess = width * sum(w * speeds(at + node * width) for node, w in _NODES) - wanted
+            if float(np.max(np.abs(excess))) < _PLACED_M:
+                break
+            low, high = np.where(excess > 0.0, low, t), np.where(excess > 0.0, t, high)
+            newton = t - excess / np.maximum(speeds(at + width), 1.0e-12)
+            t = np.where((low < newton) & (newton < high), newton, 0.5 * (low + high))
+        return self._positions_at(t)
+
+    def _positions_at(self, t: Floats) -> tuple[Floats, Floats]:
         segment = np.clip(np.searchsorted(self._knots, t, side="right") - 1, 0, len(self._north) - 1)
         x = t - np.asarray(self._knots)[segment]
         north, east = np.asarray(self._north)[segment].T, np.asarray(self._east)[segment].T

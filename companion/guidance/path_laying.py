@@ -1,5 +1,5 @@
-"""Laying a track: what it depends on is taken first, and never changes. So the rest, which takes up to 50 ms, can be
-done beside the control thread."""
+"""Laying a track: what it depends on is taken first, and never changes. So the rest, which takes up to half a second,
+can be done beside the control thread."""
 
 from __future__ import annotations
 

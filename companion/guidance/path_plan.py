@@ -19,13 +19,18 @@ from numpy.typing import NDArray
 
 from companion.guidance.agility import Agility, Weather
 from companion.guidance.planned_thrust import PlannedThrust
+from companion.guidance.steps import Steps
 from companion.guidance.track import Track
 
 _STRAIGHT_1PM = 1.0e-6
 _ROUNDS = 3  # speed and heading depend on each other
 _SAMPLES_PER_M, _RAD_PER_SAMPLE = 4.0, 0.02  # of the track: as dense as a straight leg and a bend need
 _STEP_S = 0.1  # of the table of headings
-_MOST_STEPS = 20_000
+_MOST_STEPS = 20_000  # even ones
+_LONGEST_STEP_S = 0.25  # a way that even steps are longer on has steps of this near bends, and those of the track else
+# A step of the track below both, a share of its longest one and a time, is near a bend.
+_NEAR_SHARE, _NEAR_S = 0.6, 4.0
+_BRIEF_S = 1.0e-3  # steps of a way so short that a window has too many of them
 _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
 # The last means of speed and heading: thrust and yaw acceleration change as slowly as azimuths turn. The windows widen
@@ -79,14 +84,15 @@ class PathPlan:
         speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
         for _ in range(_ROUNDS):
             kept = thrust.followed(speed, limits.share, stop_at_end)
-            at, bow = _bow(s, course, kept, sharp, limits)
+            grid, at, bow = _bow(s, course, kept, sharp, limits)
             sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
             by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
         kept = _smooth_speed(s, thrust.followed(speed, limits.share, stop_at_end))
-        at, bow = _bow(s, course, kept, sharp, limits)
+        grid, at, bow = _bow(s, course, kept, sharp, limits)
         self._limits = limits
-        self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
+        self._step_s = max(1.0e-3, float(grid.places[-1]) / (len(at) - 1))
+        self._time: list[float] | None = None if grid.step is not None else grid.places.tolist()
         self._s: list[float] = s.tolist()
         self._square: list[float] = (kept * kept).tolist()
         self._course: list[float] = course.tolist()
@@ -112,6 +118,10 @@ class PathPlan:
         planned = self.speed_mps(s_m)
         pace = min(1.0, speed_mps / planned) if planned > 0.0 else 1.0
         i, x = _place(self._at, s_m)
+        if self._time is not None:
+            begin_s = self._time[i] + x * (self._time[i + 1] - self._time[i])
+            j, y = _place(self._time, begin_s + pace * after_s)
+            return self._at[j] + y * (self._at[j + 1] - self._at[j])
         index = min(len(self._at) - 1.0, i + x + pace * after_s / self._step_s)
         j = min(len(self._at) - 2, int(index))
         return self._at[j] + (index - j) * (self._at[j + 1] - self._at[j])
@@ -166,20 +176,32 @@ def _times(s: Floats, speed: Floats) -> Floats:
 def _smooth_speed(s: Floats, speed: Floats) -> Floats:
     """The mean of the speed over a window of time, shorter towards the ends, where the speed is kept."""
     t = _times(s, speed)
-    count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
-    grid = np.linspace(0.0, t[-1], count)
+    steps = _steps(s, t)
+    grid = steps.places
     room = 2.0 * np.minimum(grid, grid[-1] - grid)
     width = np.minimum(_SPEED_MEAN_S, np.maximum(room, 1.0e-3))
-    smooth: Floats = np.interp(t, grid, _mean(grid, np.interp(grid, t, speed), width))
+    smooth: Floats = np.interp(t, grid, _mean(steps, np.interp(grid, t, speed), width))
     smooth[[0, -1]] = speed[[0, -1]]
     return smooth
 
 
-def _bow(s: Floats, course: Floats, speed: Floats, sharp: Floats, limits: PlanLimits) -> tuple[Floats, Floats]:
-    """(arc length, course of the bow) at even steps of time."""
+def _steps(s: Floats, t: Floats) -> Steps:
+    """Steps of time; `t`: the time at each arc length."""
+    count = max(3.0, math.ceil(t[-1] / _STEP_S) + 1)
+    if t[-1] <= _MOST_STEPS * _LONGEST_STEP_S:
+        even = np.linspace(0.0, t[-1], int(min(_MOST_STEPS, count)))
+        return Steps(even, float(even[1] - even[0]))
+    near = (np.diff(s) < _NEAR_SHARE * np.max(np.diff(s))) & (np.diff(t) < _NEAR_S)
+    parts = np.where(near, np.ceil(np.diff(t) / _LONGEST_STEP_S), 1.0)
+    ends = np.concatenate(([0.0], np.cumsum(parts)))
+    return Steps(np.interp(np.arange(ends[-1] + 1.0), ends, t), None)
+
+
+def _bow(s: Floats, course: Floats, speed: Floats, sharp: Floats, limits: PlanLimits) -> tuple[Steps, Floats, Floats]:
+    """(steps of time, arc length there, course of the bow there)."""
     t = _times(s, speed)
-    count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
-    grid = np.linspace(0.0, t[-1], count)
+    steps = _steps(s, t)
+    grid, count = steps.places, len(steps.places)
     at, along = np.interp(grid, t, s), np.interp(grid, t, course)
     agility, pace = limits.agility, np.interp(grid, t, speed)
     part = 1.0 + (_SHARP_RATE - 1.0) * np.interp(grid, t, sharp)
@@ -187,11 +209,11 @@ def _bow(s: Floats, course: Floats, speed: Floats, sharp: Floats, limits: PlanLi
         _eased_rate(agility.turns_radps(_TURNING * limits.share * side, pace), part)
         for side in (agility.port_share, agility.starboard_share)
     )
-    width = _mean(grid, _widths(grid, along, port, starboard), np.full(count, _WIDTH_MEAN_S))
-    smooth = _mean(grid, along, width)
+    width = _mean(steps, _widths(steps, along, port, starboard), np.full(count, _WIDTH_MEAN_S))
+    smooth = _mean(steps, along, width)
     for last_s in _LAST_MEANS_S:
-        smooth = _mean(grid, smooth, np.full(count, last_s))
-    return at, smooth
+        smooth = _mean(steps, smooth, np.full(count, last_s))
+    return steps, at, smooth
 
 
 def _eased_rate(rate: Floats, part: Floats) -> Floats:
@@ -200,12 +222,12 @@ def _eased_rate(rate: Floats, part: Floats) -> Floats:
     return eased
 
 
-def _widths(grid: Floats, along: Floats, port_radps: Floats, starboard_radps: Floats) -> Floats:
+def _widths(steps: Steps, along: Floats, port_radps: Floats, starboard_radps: Floats) -> Floats:
     """The window at each time: the shortest over which the course turns no faster than the rate there of that side, and
     as wide all around a turn as the turn needs."""
+    grid = steps.places
     width = np.full(len(grid), _SHORTEST_S)
     candidate = _SHORTEST_S
-    step = max(float(grid[1] - grid[0]), 1.0e-9)
     while candidate < _LONGEST_S:
         half = 0.5 * candidate
         turned = np.interp(grid + half, grid, along) - np.interp(grid - half, grid, along)
@@ -213,31 +235,33 @@ def _widths(grid: Floats, along: Floats, port_radps: Floats, starboard_radps: Fl
         if not np.any(fast):
             break
         candidate *= _GROWTH
-        reach = math.ceil(0.5 * candidate / step)
         total = np.concatenate(([0], np.cumsum(fast)))
-        index = np.arange(len(grid))
-        near = total[np.minimum(index + reach + 1, len(grid))] > total[np.maximum(index - reach, 0)]
-        width[near] = candidate
+        first, behind = _reached(steps, 0.5 * candidate)
+        width[total[behind] > total[first]] = candidate
     return width
 
 
-def _mean(grid: Floats, values: Floats, width: Floats) -> Floats:
+def _reached(steps: Steps, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Of each place, the index of the first that it reaches, and of the first behind those."""
+    places = steps.places
+    if steps.step is None:
+        return np.searchsorted(places, places - reach), np.searchsorted(places, places + reach, side="right")
+    count, index = math.ceil(reach / max(steps.step, 1.0e-9)), np.arange(len(places))
+    return np.maximum(index - count, 0), np.minimum(index + count + 1, len(places))
+
+
+def _mean(steps: Steps, values: Floats, width: Floats) -> Floats:
     """Mean of the piecewise linear `values` over each window; values beyond the ends are those of the ends."""
-    step = float(grid[1] - grid[0])
-    if step <= 0.0:
+    grid, step = steps.places, steps.step
+    most = 0.5 * float(np.max(width))
+    if step is not None and step <= 0.0:
         return values
-    pad = math.ceil(0.5 * float(np.max(width)) / step) + 1
+    if step is None or step < _BRIEF_S:
+        step, pad, times = None, 1, np.concatenate(([grid[0] - most - 1.0], grid, [grid[-1] + most + 1.0]))
+    else:
+        pad = math.ceil(most / step) + 1
+        times = float(grid[0]) - pad * step + step * np.arange(len(values) + 2 * pad)
     longer = np.concatenate((np.full(pad, values[0]), values, np.full(pad, values[-1])))
-    integral = np.concatenate(([0.0], np.cumsum(0.5 * step * (longer[1:] + longer[:-1]))))
-    begin = float(grid[0]) - pad * step
-    times = begin + step * np.arange(len(longer))
     half = 0.5 * width
-
-    def up_to(t: Floats) -> Floats:
-        i = np.clip(((t - begin) / step).astype(np.intp), 0, len(longer) - 2)
-        x = t - times[i]
-        result: Floats = integral[i] + x * (longer[i] + 0.5 * x * (longer[i + 1] - longer[i]) / step)
-        return result
-
-    mean: Floats = (up_to(grid + half) - up_to(grid - half)) / width
+    mean: Floats = Steps(times, step).integral(longer, grid - half, grid + half) / width
     return mean

@@ -324,7 +324,7 @@ class PathTracker:
         if self._plans:
             tip = abs(track.at(self._s).curvature_1pm) > _TIP_1PM
             return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
-        beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
+        beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.spacing_m
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         if abs(turn) > _ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)

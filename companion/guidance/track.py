@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.guidance.path import Path, PathPoint
+from companion.guidance.steps import Steps
 
 _WINDOW_PER_RADIUS = 2.4
 _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
@@ -34,7 +35,10 @@ _LARGEST_SWING_CUT = 0.8
 _MOST_SHRINK = 0.3  # of a window at once: on a curve the cut shrinks with its square
 _SAMPLES_PER_WINDOW = 24
 _FEWEST_M = 0.02
-_MOST_SAMPLES = 10_000  # more would take too long in one tick
+_SAME_M = 1.0e-6
+_MOST_SAMPLES = 10_000  # at even steps; more would take too long
+# A line so long that these steps are coarse is sampled more closely around its waypoints.
+_FEWEST_PER_WINDOW, _CLOSE_WINDOWS, _STEP_GROWTH = 12, 3, 0.1
 
 Floats = NDArray[np.float64]
 
@@ -43,8 +47,8 @@ class Track:
     """Sampled line with course and curvature, addressed by its own arc length. It never changes.
 
     `s_m`: arc length of the samples; `course_rad`, not wrapped, and `curvature_1pm`: their course and curvature;
-    `waypoint_s_m`: arc length abeam of each
-    waypoint.
+    `waypoint_s_m`: arc length abeam of each waypoint; `spacing_m`: about how far the samples are apart, at the
+    waypoints at least.
     """
 
     def __init__(
@@ -63,14 +67,21 @@ class Track:
         widths = [max(w, min(swing, widest_m)) if swing > 0.0 else w for w, swing in zip(narrow, swings, strict=True)]
         allowed = np.where(swings > 0.0, _LARGEST_SWING_CUT, _LARGEST_CUT) * np.asarray(radii_m)
         spacing = max(min(narrow) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
-        grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
-        waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
+        even = min(widths) >= _FEWEST_PER_WINDOW * spacing
+        if even:
+            grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
+            waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
+        else:
+            close = [max(w / _SAMPLES_PER_WINDOW, _FEWEST_M) for w in widths]
+            grid, north, east, waypoint_s = _closely(path, close, spacing)
+            spacing = min(close)
         swing = np.interp(grid, waypoint_s, (swings > 0.0).astype(float))
         corners = np.sin(0.5 * np.abs(turns_rad(waypoints)))
+        steps = Steps(grid, float(grid[1] - grid[0]) if even else None)
         for _ in range(6):
             window = np.interp(grid, waypoint_s, widths)
             out = _around(grid, waypoint_s, _out(np.asarray(widths), corners))
-            smooth_north, smooth_east = _smoothed(grid, north, east, window, swing, swing * out)
+            smooth_north, smooth_east = _smoothed(steps, north, east, window, swing, swing * out)
             cuts = np.hypot(
                 np.interp(waypoint_s, grid, smooth_north) - [w[0] for w in waypoints],
                 np.interp(waypoint_s, grid, smooth_east) - [w[1] for w in waypoints],
@@ -82,6 +93,7 @@ class Track:
                 for w, cut, most in zip(widths, cuts, allowed, strict=True)
             ]
         self._measure(grid, smooth_north, smooth_east, waypoint_s, spacing)
+        self.spacing_m = self.length_m / len(self.s_m) if even else max(close)
 
     def _measure(self, grid: Floats, north: Floats, east: Floats, waypoint_s: Floats, spacing: float) -> None:
         """Compute arc length, course and curvature of the smoothed samples. Samples that coincide, at the tip of a turn
@@ -184,6 +196,23 @@ def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats
     return grid, np.interp(grid, length, north), np.interp(grid, length, east)
 
 
+def _closely(path: Path, close: Sequence[float], spacing: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """The line sampled at even steps, and more closely around each waypoint, at steps of `close`, which grow further
+    off: (arc length, north, east, arc length of each waypoint)."""
+    s = [np.linspace(0.0, path.length_m, math.ceil(path.length_m / spacing) + 1)]
+    count = _CLOSE_WINDOWS * _SAMPLES_PER_WINDOW
+    for at, step in zip(path.waypoint_s_m, close, strict=True):
+        growing = math.ceil(math.log(max(1.0, spacing / (_STEP_GROWTH * count * step))) / _STEP_GROWTH)
+        away = step * np.concatenate((np.arange(count), count * (1.0 + _STEP_GROWTH) ** np.arange(max(1, growing))))
+        s += [np.clip(at - away, 0.0, path.length_m), np.clip(at + away, 0.0, path.length_m)]
+    along = np.unique(np.concatenate(s))
+    north, east = path.positions(along)
+    apart_m = np.hypot(np.diff(north), np.diff(east))
+    moved = np.concatenate(([True], apart_m > _SAME_M))
+    grid = np.concatenate(([0.0], np.cumsum(apart_m)))
+    return grid[moved], north[moved], east[moved], np.interp(path.waypoint_s_m, along, grid)
+
+
 def turns_rad(points: Sequence[tuple[float, float]]) -> list[float]:
     """The turn at each point of a line, positive to starboard; 0 at its ends. Points that repeat the one before turn as
     that does."""
@@ -218,10 +247,10 @@ def _around(grid: Floats, waypoint_s: Floats, values: Floats) -> Floats:
 
 
 def _smoothed(
-    grid: Floats, north: Floats, east: Floats, window: Floats, swing: Floats, out: Floats
+    grid: Steps, north: Floats, east: Floats, window: Floats, swing: Floats, out: Floats
 ) -> tuple[Floats, Floats]:
     """The means of the line over the window at each sample, for a swing where `swing` is 1; `out`: g."""
-    room = np.minimum(grid, grid[-1] - grid)
+    room = np.minimum(grid.places, grid.places[-1] - grid.places)
     for plain, swung in ((_WIDE, _SWING_WIDE), (_NARROW, _SWING_NARROW)):
         half = np.minimum(0.5 * (plain + (swung - plain) * swing) * window, room)
         north, east = _mean(grid, north, half), _mean(grid, east, half)
@@ -231,19 +260,10 @@ def _smoothed(
     return north + out * (north - _mean(grid, north, half)), east + out * (east - _mean(grid, east, half))
 
 
-def _mean(grid: Floats, values: Floats, half: Floats) -> Floats:
-    """Exact mean of the piecewise linear `values` over [grid − half, grid + half]."""
-    step = grid[1] - grid[0]
-    if step <= 0.0:
+def _mean(grid: Steps, values: Floats, half: Floats) -> Floats:
+    """Exact mean of the piecewise linear `values` over [s − half, s + half]."""
+    if grid.step is not None and grid.step <= 0.0:
         return values
-    integral = np.concatenate(([0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))))
-
-    def up_to(s: Floats) -> Floats:
-        i = np.clip((s / step).astype(np.intp), 0, len(grid) - 2)
-        x = s - grid[i]
-        result: Floats = integral[i] + x * (values[i] + 0.5 * x * (values[i + 1] - values[i]) / step)
-        return result
-
     wide = half > 1.0e-9
     spread = np.where(wide, half, 1.0)
-    return np.where(wide, (up_to(grid + half) - up_to(grid - half)) / (2.0 * spread), values)
+    return np.where(wide, grid.integral(values, grid.places - half, grid.places + half) / (2.0 * spread), values)

@@ -35,8 +35,8 @@ class CorrectionsRelay:
     """Frames of all sources → the receivers' ports. It is a recorder too: once a tick it announces when corrections
     stop and when they are back.
 
-    Remembers for each receiver its source and when that was last heard, the frames forwarded lately, and when any were
-    heard.
+    Remembers for each receiver its source and how long that one keeps it, the frames forwarded lately, and when any
+    were heard.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class CorrectionsRelay:
         self._moving = tuple(moving)
         self._ranks = {name: rank for rank, name in enumerate(sources)}
         self._say = say
-        self._listens: dict[str, tuple[str, float]] = {}  # receiver → (source, when last)
+        self._listens: dict[str, tuple[str, float]] = {}  # receiver → (source, until when no other takes over)
         self._lately: dict[bytes, tuple[str, float]] = {}  # frame → (way, when)
         self._heard_s: float | None = None
         self._lost = False
@@ -69,9 +69,17 @@ class CorrectionsRelay:
         """Call `listener` with each tick: a source that needs the boat's position."""
         self._listeners.append(listener)
 
-    def take(self, source: str, frames: Sequence[bytes], now_s: float, to: str | None = None, way: str = "") -> None:
+    def take(
+        self,
+        source: str,
+        frames: Sequence[bytes],
+        now_s: float,
+        to: str | None = None,
+        way: str = "",
+        timeout_s: float = _TIMEOUT_S,
+    ) -> None:
         """Forward the frames of a source to the receiver `to`, or to all. `way`: by which of several ways a source came
-        in; a frame that comes by two ways goes out once."""
+        in; a frame that comes by two ways goes out once. `timeout_s`: its silence after which another takes over."""
         if not frames:
             return
         if not self._receivers and not self._homeless_announced:
@@ -84,7 +92,7 @@ class CorrectionsRelay:
             )
         fresh = [frame for frame in frames if self._is_new(frame, way or source, now_s)]
         for name, stream in self._receivers.items():
-            if to in (None, name) and self._chosen(name, source, now_s) and fresh and stream is not None:
+            if to in (None, name) and self._chosen(name, source, now_s, timeout_s) and fresh and stream is not None:
                 stream.write(b"".join(fresh), now_s)
 
     def heard(self, now_s: float) -> None:
@@ -113,11 +121,11 @@ class CorrectionsRelay:
     def close(self) -> None:
         """Nothing to close: the ports belong to the sensors."""
 
-    def _chosen(self, receiver: str, source: str, now_s: float) -> bool:
-        current, last_s = self._listens.get(receiver, (source, now_s))
-        if source != current and now_s - last_s <= _TIMEOUT_S and self._rank(source) >= self._rank(current):
+    def _chosen(self, receiver: str, source: str, now_s: float, timeout_s: float) -> bool:
+        current, until_s = self._listens.get(receiver, (source, now_s))
+        if source != current and now_s <= until_s and self._rank(source) >= self._rank(current):
             return False
-        self._listens[receiver] = source, now_s
+        self._listens[receiver] = source, now_s + timeout_s
         return True
 
     def _rank(self, source: str) -> int:
@@ -172,7 +180,7 @@ class CorrectionsSource:
             return ()
         self._frames += len(frames)
         self._frame_s = now_s
-        self._relay.take(self.name, frames, now_s, self._config.to)
+        self._relay.take(self.name, frames, now_s, self._config.to, timeout_s=self._config.timeout_s)
         return self._rate(now_s)
 
     def send_position(self, tick: Tick) -> None:
@@ -222,7 +230,8 @@ class CorrectionsSource:
 class Caster:
     """The beginning of a conversation with an NTRIP caster, version 1: request, answer, then bare RTCM.
 
-    Remembers whether the line was open, the unfinished first line of the answer, and when a request may go out again.
+    Remembers whether the line was open, the unfinished first line of the answer, whether that was a refusal, and when a
+    request may go out again.
     """
 
     def __init__(self, config: CorrectionsConfig) -> None:
@@ -230,13 +239,14 @@ class Caster:
         self._was_open = False
         self._header: bytes | None = b""  # None once the answer was good
         self._may_ask_s = self._position_s = -math.inf
-        self._asked = False
+        self._asked = self._refused = False
         self.trouble = ""
 
     def request(self, is_open: bool, now_s: float) -> bytes:
         """What to send now; b'' for nothing. `is_open`: whether the line is open."""
-        if is_open and not self._was_open:
-            self._header, self._asked = b"", False
+        anew = not self._was_open or (self._refused and now_s >= self._may_ask_s)  # not every caster hangs up
+        if is_open and anew:
+            self._header, self._asked, self._refused = b"", False, False
         self._was_open = is_open
         if not is_open or self._asked or now_s < self._may_ask_s:
             return b""
@@ -253,6 +263,8 @@ class Caster:
         """The part of the bytes that may be RTCM."""
         if self._header is None:
             return data
+        if self._refused:
+            return b""  # the rest of that answer
         self._header += data
         first, end, rest = self._header.partition(b"\r\n")
         if not end and len(self._header) < _MOST_HEADER:
@@ -262,7 +274,7 @@ class Caster:
         if len(words) >= 2 and words[1] == "200" and not text.startswith("SOURCETABLE"):
             self._header, self.trouble = None, ""
             return rest
-        self._header = b""
+        self._header, self._refused = b"", True
         self._may_ask_s = now_s + _PATIENCE_S
         known = (
             f"the caster has no mountpoint {self._config.mountpoint}"

@@ -8,22 +8,68 @@ import select
 import shutil
 import sys
 import termios
+import threading
 import tty
+from collections import deque
 from typing import Any, TextIO
 
 _PLAIN_PERIOD_S = 5.0  # where the output is not a terminal
 _CHUNK = 256
+_MOST_WAITING = 500  # lines
+_PATIENCE_S = 1.0  # for the last lines at the end
+
+
+class _Writer:
+    """Writes to a descriptor beside the caller: a terminal that stands still (Ctrl-S, a connection that is cut) costs
+    the oldest lines, and holds nobody up. One that is gone gets nothing more."""
+
+    def __init__(self, descriptor: int, encoding: str) -> None:
+        self._descriptor, self._encoding = descriptor, encoding
+        self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+        self._wake = threading.Event()
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
+        self._thread.start()
+
+    def put(self, text: str) -> None:
+        """Write this as soon as the terminal takes it."""
+        self._waiting.append(text.encode(self._encoding, "replace"))
+        self._wake.set()
+
+    def close(self) -> bool:
+        """Whether all that waits was written within a second."""
+        self._ended = True
+        self._wake.set()
+        self._thread.join(_PATIENCE_S)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        ended = False
+        while not ended:
+            self._wake.wait()
+            self._wake.clear()
+            ended = self._ended
+            try:
+                while self._waiting:
+                    self._write(self._waiting.popleft())
+            except OSError:
+                return
+
+    def _write(self, rest: bytes) -> None:
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
 
 
 class Console:
-    """The crew's terminal. A terminal that goes away does not stop the caller.
+    """The crew's terminal. One that goes away or stands still does not stop the caller.
 
     Keys are read one by one, without echo, until `close()`. Without a terminal, the status is printed every 5 s, and
     keys are read from the pipe.
     """
 
     def __init__(self, out: TextIO = sys.stdout, source: TextIO = sys.stdin) -> None:
-        self._out: TextIO | None = out
+        self._out = out
+        self._writer = _writer_to(out)
         self._terminal = _is_terminal(out)
         self._shown_s: float | None = None
         self._fd: int | None = None
@@ -71,27 +117,25 @@ class Console:
         """Restore the terminal."""
         if self._terminal:
             self._write("\n")
+        written = self._writer is None or self._writer.close()
         if self._before is not None and self._fd is not None:
             with contextlib.suppress(OSError, termios.error):
-                termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)
+                termios.tcsetattr(self._fd, termios.TCSADRAIN if written else termios.TCSANOW, self._before)
 
     def _write(self, text: str) -> None:
-        if self._out is None:
+        if self._writer is not None:
+            self._writer.put(text)
             return
-        try:
-            self._out.write(text)
-            self._out.flush()
-        except (OSError, ValueError):
-            self._give_up(self._out)
-            self._out = None
-
-    @staticmethod
-    def _give_up(out: TextIO) -> None:
-        """Redirect the output: text left in its buffer would otherwise end the process with an error."""
         with contextlib.suppress(OSError, ValueError):
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, out.fileno())
-            os.close(nowhere)
+            self._out.write(text)
+
+
+def _writer_to(out: TextIO) -> _Writer | None:
+    """None for what has no descriptor: memory, or an output that is closed."""
+    try:
+        return _Writer(out.fileno(), out.encoding)
+    except (OSError, ValueError):
+        return None
 
 
 def _is_terminal(out: TextIO) -> bool:

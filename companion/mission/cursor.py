@@ -82,6 +82,7 @@ class Cursor:
     def stand_at(self, seq: int) -> None:
         """Move to another place, as if the items before it had been sailed in order; held items are discarded."""
         self.seq = seq
+        self.leg_speed_mps = self.speed_mps
         self.held.clear()
         self._look_back()
 
@@ -126,6 +127,7 @@ class Cursor:
         """Advance from the present item to the next task or the end; held items run first. Returns the actions, in
         order."""
         actions = self._open_all()
+        self.leg_speed_mps = self.speed_mps
         self.seq += 1
         return actions + self.settle()
 
@@ -136,7 +138,6 @@ class Cursor:
         """
         actions: list[Action] = []
         items, count, steps = self._items, len(self._items), 0
-        self.leg_speed_mps = self.speed_mps
         while self.seq < count:
             item = items[self.seq]
             if item.command in TASKS:

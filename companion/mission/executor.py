@@ -156,14 +156,19 @@ class MissionExecutor:
             self._cursor.astern = astern
             self._task = None
 
-    def set_current(self, seq: int, reset: bool = False) -> str | None:
+    def set_current(self, seq: int | None, reset: bool = False) -> str | None:
         """Make `seq` the current item; returns the reason if that is refused, else None. `reset` clears the counters of
-        the jumps.
+        the jumps. `seq` None: the present item, which goes on as it is.
 
         The state stays, but a complete mission becomes NOT_STARTED at `seq`.
         """
         if not self._items:
             return "no mission: upload one first"
+        if seq is None:
+            if self._state is not MissionState.COMPLETE:
+                self._forget_jumps(reset)
+                return None
+            seq = self.progress.seq
         if (refusal := self._outside(seq)) is not None:
             return refusal
         self._cursor.stand_at(seq)
@@ -287,6 +292,12 @@ class MissionExecutor:
         self._just_passed = None
         self._task = None
 
+    def _forget_jumps(self, reset: bool) -> None:
+        """If `reset`; a route under way then leads elsewhere."""
+        if reset:
+            self._cursor.jumps.clear()
+            self._task = None if isinstance(self._task, Sail) else self._task
+
     def _outside(self, seq: int) -> str | None:
         if 0 <= seq < len(self._items):
             return None
@@ -322,13 +333,13 @@ class MissionExecutor:
         upto = self._cursor.seq + 1
         self._task = None
         self.replaced = None
-        goes_on = underway and self._shared_with(before) >= upto
+        shared = self._shared_with(before) if underway else 0
         self._shared = (), (), 0
-        if goes_on:
-            jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
+        if underway and shared >= upto:
+            jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < shared}
             before_it = self._cursor
             self._cursor = Cursor(self._items, before_it.seq, jumps, before_it.speed_mps, held=before_it.held)
-            self._cursor.astern = before_it.astern
+            self._cursor.astern, self._cursor.leg_speed_mps = before_it.astern, before_it.leg_speed_mps
             self.replaced = Replaced.CONTINUED
             return
         self._rewind(0)

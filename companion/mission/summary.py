@@ -8,7 +8,17 @@ from dataclasses import dataclass, field
 
 from companion.core.angles import wrap_two_pi
 from companion.core.geodesy import distance_and_bearing
-from companion.mission.commands import DESTINATIONS, PLACES, RULES, Command, Role, must_stay, name_of, stay_s
+from companion.mission.commands import (
+    DESTINATIONS,
+    PLACES,
+    RULES,
+    Command,
+    Role,
+    heading_rad,
+    must_stay,
+    name_of,
+    stay_s,
+)
 from companion.mission.cursor import Cursor
 from companion.mission.jumps import JUMPS, is_endless, target_of
 from companion.mission.plan import PlanItem, item_number
@@ -145,17 +155,20 @@ def summarise(
     home: tuple[float, float, float] | None = None,
     most_speed_mps: float = math.inf,
     most_astern_mps: float = math.inf,
+    docks: bool = True,
 ) -> Summary:
     """The summary of `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
 
     `most_speed_mps` caps the speeds that the mission sets, `most_astern_mps` those of legs that are sailed stern first.
-    Lengths are geodesics on WGS 84. Endless jumps are not taken; a stay for ever ends the mission.
+    `docks`: whether the boat comes alongside at NAV_LAND; else it holds there. Lengths are geodesics on WGS 84. Endless
+    jumps are not taken; a stay for ever ends the mission.
     """
     start = home[:2] if home is not None else None
     cursor = Cursor(items, follow_endless=False)
     voyage = Reckoning(cursor, cruise_speed_mps, start, start, distance_and_bearing, most_speed_mps, most_astern_mps)
     voyage.advance(_MOST_LEGS + 1)
     notes = [*voyage.notes, *_without_effect(items)]
+    notes += [_landing(i, docks) for i in items if i.command == Command.NAV_LAND]
     notes += [
         f"item {i.number} hands over to Follow: the way until the mission is resumed is not counted"
         for i in items
@@ -238,7 +251,6 @@ def _target_and_hold_s(voyage: _Voyage, item: PlanItem, speed_mps: float | None)
             voyage.notes.append(f"item {item.number} returns home, whose place the file does not give: not counted")
     elif item.command == Command.NAV_LAND:
         target = (item.lat_deg, item.lon_deg)
-        voyage.notes.append(f"item {item.number} comes alongside: not counted")
     elif item.command == Command.USER_5:
         voyage.notes.append(f"item {item.number} is a sea trial: not counted")
     elif item.command == Command.NAV_DELAY:
@@ -256,6 +268,12 @@ def _delay_s(voyage: _Voyage, item: PlanItem) -> float:
 def _orbit_s(item: PlanItem, speed_mps: float) -> float:
     """Duration of the turns; 0 if the radius is the vessel's."""
     return _duration_s(2.0 * math.pi * item.param1 * abs(item.param3) / speed_mps)
+
+
+def _landing(item: PlanItem, docks: bool) -> str:
+    if docks and heading_rad(item) is not None:
+        return f"item {item.number} comes alongside: not counted"
+    return f"item {item.number} holds there, and does not dock"
 
 
 def _without_effect(items: Sequence[PlanItem]) -> list[str]:

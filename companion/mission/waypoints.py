@@ -7,6 +7,8 @@ rally points and no speed. https://mavlink.io/en/file_formats/
 
 from __future__ import annotations
 
+import math
+
 from companion.mission.commands import Command
 from companion.mission.plan import PlanItem
 from companion.mission.plan_file import PlanFile, PlanFileError, PlanRow, to_item, to_row
@@ -67,6 +69,8 @@ def _item(fields: list[str], number: int) -> PlanItem | str:
     if command == Command.DO_JUMP and number:
         if params[0] == 0:
             return "DO_JUMP to 0, which is home; give the number of an item, or use NAV_RETURN_TO_LAUNCH (20)"
+        if not math.isfinite(params[0]):
+            return f"DO_JUMP to {params[0]:g}; give the number of an item"
         params = (params[0] - 1, *params[1:])
     return to_item(max(0, number - 1), PlanRow(command, frame, params, autocontinue, current))
 

@@ -584,12 +584,8 @@ class MissionMode(Mode):
 
     def _is_done(self, task: _Ending, setpoint: Setpoint, inputs: ModeInputs) -> bool:
         match task:
-            case Stay(duration_s=duration_s):
-                if self._since_s is None and self._is_near(inputs):
-                    self._since_s = inputs.now_s
-                return (
-                    duration_s is not None and self._since_s is not None and inputs.now_s - self._since_s >= duration_s
-                )
+            case Stay():
+                return self._has_stayed(task, inputs)
             case Wait():
                 if self._since_s is None or math.isinf(self._wait_s):
                     self._since_s = inputs.now_s
@@ -601,6 +597,14 @@ class MissionMode(Mode):
                 return not self._hold_point.going if self._landing else self.docked
             case ReturnHome():
                 return self._way_home and not self._hold_point.going
+
+    def _has_stayed(self, task: Stay, inputs: ModeInputs) -> bool:
+        """Whether the time is over, and the bow has come to the heading that the item asks for."""
+        if self._since_s is None and self._is_near(inputs):
+            self._since_s = inputs.now_s
+        if task.duration_s is None or self._since_s is None or inputs.now_s - self._since_s < task.duration_s:
+            return False
+        return task.yaw_rad is None or not self._can_sway or self._hold_point.arrived
 
     def _is_near(self, inputs: ModeInputs) -> bool:
         north_m, east_m = self._hold_point.target

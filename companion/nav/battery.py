@@ -54,9 +54,7 @@ class BatteryGauge:
         return tuple(one if now_s - one.t_s <= _PACK_AGE_S else None for one in heard)
 
     def _emptiest(self, battery: Battery, now_s: float) -> Battery:
-        """Of several packs that count, the one with the least left; `battery` where its charge is not known."""
-        if battery.remaining is None:
-            return battery
+        """Of several packs that count, the one with the least left; `battery` where of none the charge is known."""
         fresh = (one for one in self.packs(now_s) if one is not None and self._counts(one.source, now_s))
         known = [one for one in fresh if one.remaining is not None]
         return min(known, key=lambda one: one.remaining or 0.0, default=battery)

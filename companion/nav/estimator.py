@@ -133,8 +133,9 @@ class Estimator:
         self._side.take(readings, motion, pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
         driven, late = thrust is not None and pose.started, self._receivers.unsettled(self._fixes.source)
-        used = self._imus.current
-        self._react(self._witness.conclude(driven, late, motion, self.inertial, self._model.current, now_s, used))
+        used, astern = self._imus.current, thrust is not None and thrust.surge_n < 0.0
+        found = self._witness.conclude(driven, late, motion, self.inertial, self._model.current, now_s, used, astern)
+        self._react(found)
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
         return self._state(motion, self._model.waves(now_s, thrust, motion), now_s)

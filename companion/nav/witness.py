@@ -159,12 +159,14 @@ class Witness:
         current: CurrentObserver | None,
         now_s: float,
         imu_used: str | None = None,
+        astern: bool = False,
     ) -> list[LieFound]:
         """Judge the tick; returns what is found to lie from now on. `driven`, `maybe_late`: the boat is armed, and the
-        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use."""
+        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use. `astern`: the thrusters
+        push astern."""
         evidence, self._evidence = self._evidence, Evidence()
         evidence.driven, evidence.maybe_late = driven and not maybe_late, driven and maybe_late
-        evidence.imu_used = imu_used
+        evidence.imu_used, evidence.astern = imu_used, astern
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and evidence.driven:

@@ -68,12 +68,10 @@ class ChartWater:
         return min((_along_m(way, place) for place in exits if place is not None), default=math.inf)
 
     def stop_m(self, here: Place, along: Place) -> float:
-        """Way straight ahead, along a unit vector, until the hull is too near; infinite where it never is."""
-        if self.stopping.contains(*here):
-            way_m = self.stopping.way_to_line_m(*here, *along)
-            return way_m if way_m < _REACH_M else math.inf
-        out = self.stopping.margin(*here)
-        return math.inf if out.north * along[0] + out.east * along[1] > 0.0 else 0.0
+        """Way straight ahead, along a unit vector, until the hull is too near; infinite where it never is. From what is
+        too near already, the way must lead away."""
+        way_m = self.stopping.way_inside_m(*here, *along)
+        return way_m if way_m < _REACH_M else math.inf
 
 
 Key = tuple[LocalFrame, float, float]

@@ -213,9 +213,9 @@ class ObstacleGuard:
         if not len(self._circles) and math.isinf(self._around.shoals.way_m) and self._chart.water is None:
             self._holding = self._slowed = False
             return setpoint
-        if self._backing:
+        if self._backing and (astern_mps := self._backing_mps(inputs.nav)) >= _STOPPED_MPS:
             mode.excuse()
-            return self._astern(inputs.nav, self._parameters["DP_SPEED_ASTERN"], setpoint.progress)
+            return self._astern(inputs.nav, astern_mps, setpoint.progress)
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         drifts = mode.drifts or (self._holding and not mode.goes_round and self._config.limits.sway_n <= 0.0)
         if not (mode.goes_round or drifts or unasked):
@@ -238,7 +238,7 @@ class ObstacleGuard:
         self.water.set_obstacles(lying, nav, inputs.speed_mps)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
         if not len(lying) and self._chart.water is None:
-            self._cramped_s = None
+            self._cramped_s, self._backing = None, False
             self._open(now_s)
             return
         self._give_room(mode, inputs)
@@ -302,6 +302,14 @@ class ObstacleGuard:
             self._events.say(inputs.now_s, TextKind.ATTENTION, "hold_point_clear", text)
         else:
             self._hold_point.shift(*place, nav.yaw_rad)
+
+    def _backing_mps(self, nav: NavState) -> float:
+        """Speed at which the boat backs out: so that it stops short of what passes astern of it."""
+        astern = -math.cos(nav.yaw_rad), -math.sin(nav.yaw_rad)
+        way_m = clear_way_m(
+            (nav.north_m, nav.east_m), astern, self._circles, reach_m(self._config) + stop_m(self._parameters)
+        )
+        return min(self._parameters["DP_SPEED_ASTERN"], self._braking.speed_mps(way_m, stream_along_mps(nav, *astern)))
 
     def _out_of_the_way(self, aside: PathSetpoint, nav: NavState, progress: Progress) -> Setpoint:
         if aside.surge_mps < 0.0 and not self._steers_astern:

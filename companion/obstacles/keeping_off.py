@@ -133,7 +133,7 @@ class KeepingOff:
         here, lying = (nav.north_m, nav.east_m), water.circles
         if water.chart is not None:
             shore = water.chart.bare.margin(*here)
-            place = here[0] - shore.distance_m * shore.north, here[1] - shore.distance_m * shore.east
+            place = here[0] + shore.distance_m * shore.north, here[1] + shore.distance_m * shore.east
             lying = np.vstack((lying, (*place, 0.0))) if math.isfinite(shore.distance_m) else lying
         if not len(lying):
             return lying

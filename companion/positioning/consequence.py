@@ -25,6 +25,7 @@ _MEAN_S = 20.0
 _SETTLE_S = 15.0
 _PERIOD_S = 1.0
 _LASTING_S = 30.0  # a thruster must not be needed for so long before the all-clear is announced
+_NOTCH_RAD = math.radians(10.0)  # between the stops: a force into a narrower one is as good as given
 _MARGIN = 1.15  # on the demand, before a bad answer turns good again
 
 Vector = tuple[float, float]
@@ -129,11 +130,12 @@ class _Disc:
 
 
 class _Cone:
-    """Forces of a thruster that turns within less than half a turn, ahead thrust only. Reverse thrust is left out,
-    which errs on the safe side."""
+    """Forces of a thruster that turns within half a turn, ahead thrust only; of one that turns further, those within
+    half a turn, since all of them are no convex set. Reverse thrust is left out. Both err on the safe side."""
 
     def __init__(self, sector: tuple[float, float], most_n: float) -> None:
-        self._middle, self._half, self._most_n = 0.5 * (sector[0] + sector[1]), 0.5 * (sector[1] - sector[0]), most_n
+        self._middle, self._most_n = 0.5 * (sector[0] + sector[1]), most_n
+        self._half = min(0.5 * math.pi, 0.5 * (sector[1] - sector[0]))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The possible force nearest to (x, y)."""
@@ -164,9 +166,10 @@ def _forces_of(thruster: Thruster) -> _Line | _Disc | _Cone:
     if sector is None:
         return _Disc(high)
     span_rad = sector[1] - sector[0]
-    if span_rad < math.pi and not (thruster.reversible and math.isclose(span_rad, math.pi)):
-        return _Cone(sector, high)
-    return _Disc(min(high, -low) if thruster.reversible and span_rad < math.tau else high)
+    if span_rad > math.tau - _NOTCH_RAD:
+        return _Disc(min(high, -low) if thruster.reversible and span_rad < math.tau else high)
+    half_turn = span_rad > math.pi or math.isclose(span_rad, math.pi)
+    return _Disc(min(high, -low)) if thruster.reversible and half_turn else _Cone(sector, high)
 
 
 def _dot(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import threading
 from collections.abc import Callable
@@ -31,9 +32,10 @@ def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], 
     The oldest is the one written last the longest ago: a computer that keeps no time while it is off may begin a log
     years too early, and learns the time under way.
 
-    Returns the deleted folders and the bytes left. A folder that cannot be deleted stays, without an error.
+    Returns the deleted folders and the bytes left. A folder that cannot be deleted stays, without an error. Raises
+    OSError for a directory that cannot be read.
     """
-    logs = [path for path in directory.iterdir() if (path / _MARK).is_file()] if directory.is_dir() else []
+    logs = [path for path in directory.iterdir() if _is_log(path)] if directory.is_dir() else []
     sizes = {path: size_bytes(path) for path in logs}
     total = sum(sizes.values())
     deleted: list[Path] = []
@@ -45,6 +47,13 @@ def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], 
             deleted.append(path)
             total -= sizes[path]
     return deleted, total
+
+
+def _is_log(path: Path) -> bool:
+    try:
+        return (path / _MARK).is_file()
+    except OSError:  # not ours to read, as lost+found at the top of a medium
+        return False
 
 
 def _ended_s(folder: Path) -> float:
@@ -77,7 +86,9 @@ class Retention:
     def _run(self) -> None:
         warned = False
         while True:
-            _, left = trim(*self._arguments)
+            left = 0
+            with contextlib.suppress(OSError):  # a medium that fails may be well again later
+                _, left = trim(*self._arguments)
             if left > self._arguments[1] and not warned:
                 warned = True
                 limit_mb = self._arguments[1] / 1e6

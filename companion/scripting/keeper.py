@@ -126,7 +126,11 @@ class ScriptKeeper:
             self._news.put((script.name, news))
 
     def _start(self, script: KeptScript, now_s: float) -> None:
-        ours, theirs = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            ours, theirs = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        except OSError as error:
+            script.keeping.not_started(f"not started: {error.strerror}", now_s)
+            return
         script.status, script.heard, script.reason, script.beat_s = ours, b"", "", now_s
         given = (theirs,) if script.link < 0 else (theirs, script.link)
         settings = replace(script.settings, status=theirs, link=script.link, keeper=os.getpid())
@@ -168,16 +172,21 @@ class ScriptKeeper:
     def _heed(self, script: KeptScript, line: bytes) -> None:
         try:
             told = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             return
         if not isinstance(told, dict):
             return
-        script.reason = str(told.get("failed", script.reason))
+        script.reason = _encodable(str(told.get("failed", script.reason)))
         now_s = time.monotonic()
         if "say" in told and now_s - script.said_s >= _SAY_S:
             script.said_s = now_s
-            text = " ".join(str(told["say"]).split())[:_LONGEST_TEXT]
+            text = _encodable(" ".join(str(told["say"]).split())[:_LONGEST_TEXT])
             self._news.put((script.name, News(TextKind.ROUTINE, f"{script.name}: {text}")))
+
+
+def _encodable(text: str) -> str:
+    """What a log can hold: names of files that are no UTF-8 have code points that no encoding has."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def _opened(log: Path) -> IO[bytes]:

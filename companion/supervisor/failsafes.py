@@ -19,6 +19,7 @@ from companion.modes.table import DECLARATIONS
 from companion.supervisor.situation import Situation
 
 _BATTERY_HYSTERESIS = 0.03
+_RESTED = 0.3  # by which the charge that is judged by voltage may rise at rest: that is no charge
 
 
 class FailsafeAction(IntEnum):
@@ -44,7 +45,8 @@ _FENCE_ACTIONS = {
 class Failsafe:
     """One row. `cause(situation, active)` and `applies(situation, active)`: `active` where the failsafe lasts already.
     `action`: what to do, or the parameter that says it, whose numbers are `actions`. `stays`: why the boat does not
-    return to its mode by itself afterwards; None for a failsafe after which it never does."""
+    return to its mode by itself afterwards; None for a failsafe after which it never does. `in_the_way`: what the
+    danger is lies on the way home too, where Hold stops the boat."""
 
     name: str
     kind: TextKind
@@ -55,6 +57,7 @@ class Failsafe:
     ends: str
     actions: Mapping[int, FailsafeAction] = field(default_factory=lambda: _SAME)
     stays: Callable[[Situation], str | None] | None = None
+    in_the_way: bool = False
 
 
 def _silent_bridges(s: Situation) -> list[str]:
@@ -66,7 +69,8 @@ def _battery_below(name: str) -> Callable[[Situation, bool], bool]:
         battery = s.inputs.battery
         if battery is None or battery.remaining is None:
             return active
-        return battery.remaining < s.parameters[name] + (_BATTERY_HYSTERESIS if active else 0.0)
+        slack = _RESTED if s.armed else _BATTERY_HYSTERESIS
+        return battery.remaining < s.parameters[name] + (slack if active else 0.0)
 
     return below
 
@@ -255,6 +259,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_DEPTH_ACT",
         lambda s: f"Shallow: {s.depth_m or 0.0:.1f} m of water",
         "Deep enough again",
+        in_the_way=True,
     ),
     Failsafe(
         "ranges_lost",
@@ -273,6 +278,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_WAY_ACT",
         lambda _: "Aground or propeller fouled: thrust makes no way",
         "Thrust makes way again",
+        in_the_way=True,
     ),
     Failsafe(
         "fence",
@@ -399,6 +405,13 @@ class FailsafeMonitor:
     def in_force(self) -> bool:
         """Whether one of them has acted and no operator has taken over since."""
         return any(active.acted and not active.released for active in self._active.values())
+
+    def arming(self, situation: Situation) -> None:
+        """The boat is being armed: what lasts has had its turn. What would not begin now, and lasts by its hysteresis
+        alone, begins anew: a battery that passed the check is critical once it falls again."""
+        lasting = {name: active for name, active in self._active.items() if active.failsafe.cause(situation, False)}
+        self._active = lasting
+        self.override()
 
     def override(self) -> None:
         """An operator has taken over: the failsafes that last have had their turn, and release the thrusters. Those

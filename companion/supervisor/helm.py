@@ -154,14 +154,19 @@ class Helm:
         reason = self.guarded(mode, lambda: mode.enter(self._inputs_at(now_s, 0.0)), now_s)
         if reason is None:
             self._sticks.demand_centre(now_s, even_if_silent=not mode.by_stick)
-            if mode.by_stick and self._sticks.must_centre:
-                self._events.say(
-                    now_s,
-                    TextKind.ATTENTION,
-                    "sticks_off_centre",
-                    "Sticks off centre: centre them to take control",
-                )
+            if self._sticks.must_centre:
+                self._tell_to_centre(mode, now_s)
         return reason
+
+    def sticks_taken_over(self, now_s: float) -> None:
+        """Sticks that are off centre have taken over from others."""
+        if self.armed:
+            self._tell_to_centre(self.mode, now_s)
+
+    def _tell_to_centre(self, mode: Mode, now_s: float) -> None:
+        if mode.by_stick:
+            text = "Sticks off centre: centre them to take control"
+            self._events.say(now_s, TextKind.ATTENTION, "sticks_off_centre", text)
 
     def _guarded_leave(self, mode: Mode, now_s: float) -> None:
         def leave() -> None:

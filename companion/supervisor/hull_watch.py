@@ -23,7 +23,7 @@ class HullWatch:
     """`update(…)` once a tick; then `tilt_rad`, `aground_or_fouled` and `depth_m` say what is wrong.
 
     Heel: roll and pitch together, from the vertical; it lasts until an inertial sensor says that the boat is upright.
-    Way: as `WayWatch`. Remembers for how long each has lasted.
+    Way: as `WayWatch`. Depth: too shallow lasts until a sounder measures more. Remembers for how long each has lasted.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -62,8 +62,11 @@ class HullWatch:
 
     def _see_depth(self, depth: Depth | None, now_s: float) -> None:
         least_m = self._parameters["FS_DEPTH_MIN"]
-        if least_m == 0.0 or depth is None or now_s - depth.t_s > _DEPTH_AGE_S:
+        if least_m == 0.0:
             self._shallow_s = self.depth_m = None
+            return
+        if depth is None or now_s - depth.t_s > _DEPTH_AGE_S:  # in very shallow water sounders find no bottom
+            self._shallow_s = None
             return
         limit_m = least_m if self.depth_m is None else _DEEPER_SHARE * least_m
         if depth.below_transducer_m >= limit_m:

@@ -32,8 +32,8 @@ class RangeWatch:
     share of the battery's endurance (BAT_ENDURANCE, or as measured under way), times the power that current and wind
     ask for on that course, against calm: resistance at the speed through the water plus the wind's force, times that
     speed. What is short stays so until the boat is at home or the battery has risen, because the need falls on the way;
-    or until an operator changes what it is reckoned by. Remembers the consumption so far, what was reckoned by, and the
-    share that was left when it became short.
+    or until an operator changes what it is reckoned by. A position or a charge that is lost meanwhile ends it not.
+    Remembers the consumption so far, what was reckoned by, and the share that was left when it became short.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, speed_mps: Callable[[], float]) -> None:
@@ -59,7 +59,8 @@ class RangeWatch:
         remaining = None if battery is None else battery.remaining
         full_s = full_battery_s(self._parameters["BAT_ENDURANCE"], self._use.full_s)
         if home is None or remaining is None or full_s is None or not nav.position_valid:
-            self.need, self.short = None, False
+            self.short = self.short and home is not None and full_s is not None
+            self.need = self.need if self.short else None
             return
         distance_m, bearing_rad = rough_distance_and_bearing(nav.lat_deg, nav.lon_deg, home.lat_deg, home.lon_deg)
         time_s = distance_m / max(_LEAST_MPS, speed_mps)

@@ -80,17 +80,28 @@ class Requests:
         self.parts.motor_test.stop(None, now_s)
         situation = self.parts.situation(now_s)
         reasons = arming_refusals(situation, right, force)
-        if not reasons and (reason := self._helm.arm(now_s)) is not None:
+        if not reasons and (reason := self._enter_armed(now_s)) is not None:
             reasons = (f"{situation.mode.id.value}: {reason}",)
         if reasons:
             for reason in reasons:
                 self._events.say(now_s, TextKind.REFUSAL, "arming_refused", f"PreArm: {reason}")
             return Outcome(Result.TEMPORARILY_REJECTED, "; ".join(reasons))
-        if self.parts.parameters["HOME_ON_ARM"]:
-            self.parts.home.set_here(self.parts.nav, now_s)
-        self.parts.responder.monitor.override()
+        self.parts.responder.monitor.arming(situation)
+        self._events.renew("disarmed")
         self._events.say(now_s, TextKind.ROUTINE, "armed", "Armed by force" if force else "Armed")
         return ACCEPTED
+
+    def _enter_armed(self, now_s: float) -> str | None:
+        """Why the mode cannot be entered; None: the boat is armed. With HOME_ON_ARM home moves before the mode begins,
+        which may lead there."""
+        home = self.parts.home
+        before = home.home
+        if self.parts.parameters["HOME_ON_ARM"]:
+            home.set_here(self.parts.nav, now_s)
+        reason = self._helm.arm(now_s)
+        if reason is not None:
+            home.home = before
+        return reason
 
     def disarm(self, now_s: float, force: bool = False) -> Outcome:
         """Always possible, also under way: the thrusters stop, also those of a motor test. `force` changes nothing."""
@@ -99,6 +110,7 @@ class Requests:
             self._helm.disarm(now_s)
             self.parts.cruise.ask(None)
             self.parts.fence.switch(True, now_s)
+            self._events.renew("armed")
             self._events.say(now_s, TextKind.ROUTINE, "disarmed", "Disarmed")
         return ACCEPTED
 
@@ -182,11 +194,12 @@ class Requests:
             return self._refuse(Result.TEMPORARILY_REJECTED, "Resume refused: no paused mission", now_s)
         return self.request_mode(ModeId.MISSION, now_s)
 
-    def set_current(self, seq: int, reset: bool, now_s: float) -> Outcome:
-        """Make `seq` the mission's current item, under way or not."""
+    def set_current(self, seq: int | None, reset: bool, now_s: float) -> Outcome:
+        """Make `seq` the mission's current item, under way or not; None: keep the present one."""
         reason = self.parts.executor.set_current(seq, reset)
         if reason is not None:
-            return self._refuse(Result.DENIED, f"Item {item_number(seq)} refused: {reason}", now_s)
+            item = "Present item" if seq is None else f"Item {item_number(seq)}"
+            return self._refuse(Result.DENIED, f"{item} refused: {reason}", now_s)
         return ACCEPTED
 
     def reset_mission(self, now_s: float) -> Outcome:

@@ -9,7 +9,7 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.modes.hold import HoldMode
 from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right, refusal
-from companion.supervisor.failsafes import Active, Failsafe, FailsafeAction, FailsafeMonitor
+from companion.supervisor.failsafes import Active, Changes, Failsafe, FailsafeAction, FailsafeMonitor
 from companion.supervisor.helm import Helm
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.situation import Situation, estimate_refusal
@@ -34,6 +34,7 @@ class Responder:
         was_neutral = self.monitor.neutral
         situation = self._situation_at(now_s)
         changes = self.monitor.update(situation)
+        self._make_news(changes)
         back = [failsafe for failsafe, cause_gone in changes.over if cause_gone and failsafe.stays is not None]
         for failsafe, cause_gone in changes.over:
             if cause_gone and failsafe not in back:
@@ -47,6 +48,13 @@ class Responder:
             self._helm.resume(now_s)
         for failsafe in back:
             self._go_back(failsafe, situation)
+
+    def _make_news(self, changes: Changes) -> None:
+        """What begins again was over before, and the other way round, however short that was."""
+        for failsafe, _ in changes.over:
+            self._events.renew(failsafe.name)
+        for active in changes.begun:
+            self._events.renew(f"{active.failsafe.name}_over")
 
     def _go_back(self, failsafe: Failsafe, situation: Situation) -> None:
         """Return to the mode that the boat was in, if nothing speaks against it. Otherwise it stays in the mode of the
@@ -70,6 +78,7 @@ class Responder:
     def _act(self, active: Active, situation: Situation) -> None:
         """Do what the failsafe demands, or the next best: RTL, then Hold, then neutral."""
         now_s, nav = situation.now_s, situation.nav
+        goes_on = not active.failsafe.in_the_way
         active.acted = True
         done = "neutral"
         refused = refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, Right.BOAT), situation.authority)
@@ -81,11 +90,15 @@ class Responder:
             done = self._helm.mode.id.value
         elif active.action is FailsafeAction.RTL and self._bring_to(ModeId.RTL, nav, now_s, Cause.FAILSAFE):
             done = "RTL"
-        elif active.action is not FailsafeAction.NEUTRAL and self._bring_to(ModeId.HOLD, nav, now_s, Cause.FAILSAFE):
+        elif active.action is not FailsafeAction.NEUTRAL and self._bring_to(
+            ModeId.HOLD, nav, now_s, Cause.FAILSAFE, goes_on
+        ):
             done = self._helm.mode.id.value
         else:
             active.neutral = True
             self._sticks.demand_centre(now_s, even_if_silent=True)
+        if self.monitor.neutral and not active.neutral:
+            done = f"{done}, no thrust yet"
         text = f"{active.failsafe.starts(situation)}: {done}"
         self._events.say(now_s, active.failsafe.kind, active.failsafe.name, text)
 
@@ -94,11 +107,11 @@ class Responder:
         mode = self._helm.mode
         return mode.alongside and estimate_refusal(mode, nav) is None
 
-    def _bring_to(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause) -> bool:
-        """Have the boat in `mode`; a boat on its way home goes on. False where that is not possible."""
+    def _bring_to(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause, goes_on: bool = True) -> bool:
+        """Have the boat in `mode`; `goes_on`: a boat on its way home stays on it. False where that is not possible."""
         helm = self._helm
         present = helm.mode.id
-        if present is not mode and present is not ModeId.RTL:
+        if present is not mode and not (goes_on and present is ModeId.RTL):
             return helm.switch(mode, nav, now_s, cause) is None
         if helm.refusal(present, nav, now_s) is not None:
             return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from companion.allocation.geometry import thrusters_of
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
@@ -22,8 +24,8 @@ class Retraction:
 
     In a mode that allocates, an armed boat has them down at any speed: it may have to stop or hold without warning, and
     the travel takes seconds. In Manual, and disarmed, the operator moves them by command or by a switch of the
-    transmitter; nothing moves by itself. Remembers the demand, the switch, which thrusters are `up`, and in which mode
-    that was announced.
+    transmitter; nothing moves by itself. Remembers the demand, the switch and when it was heard, which thrusters are
+    `up`, and in which mode that was announced.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, helm: Helm, events: EventLog) -> None:
@@ -33,6 +35,7 @@ class Retraction:
         self._events = events
         self._retractable = frozenset(i for i, t in enumerate(config.thrusters) if t.retractable)
         self._switch: bool | None = None
+        self._heard_s = -math.inf  # of the transmitter
         self._said_in: Mode | None = None
         self._sway_left: dict[frozenset[int], float] = {}
         self.lower: bool | None = None
@@ -80,14 +83,14 @@ class Retraction:
         return self._helm.armed and self._helm.mode.declaration.allocates
 
     def _read_switch(self, rc: RcInput | None, now_s: float) -> None:
-        """A switch acts when it is moved, not by its position at the start."""
+        """A switch acts when it is moved, not by its position at the start, or after a silence of the transmitter."""
+        if rc is None or rc.lost or rc.t_s <= self._heard_s:
+            if now_s - self._heard_s > self._parameters["COM_RC_LOSS_T"]:
+                self._switch = None
+            return
+        self._heard_s = rc.t_s
         channel = int(self._parameters["MAN_RC_LOWER_CH"])
-        if (
-            rc is None
-            or rc.lost
-            or not 1 <= channel <= len(rc.channels)
-            or not abs(rc.channels[channel - 1]) >= _SWITCH
-        ):
+        if not 1 <= channel <= len(rc.channels) or not abs(rc.channels[channel - 1]) >= _SWITCH:
             return
         thrown = rc.channels[channel - 1] > 0.0
         if self._switch is not None and thrown != self._switch:

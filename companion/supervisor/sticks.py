@@ -25,13 +25,15 @@ class Sticks:
     RC_MAP_ROLL, PITCH, THROTTLE and YAW name the transmitter's channels for sway, surge, surge and yaw, positive to
     starboard and ahead; MAN_AXIS_SURGE chooses between the two for surge. `safe_switch`: as last seen.
     `remote_system`: the lead boat that steers by remote, None for none; its sticks come as a ground station's. `heard`:
-    sticks were heard once.
+    sticks were heard once. Sticks that take over from others must be centred first.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._last: dict[Right, ManualInput | None] = {Right.GROUND_STATION: None, Right.TRANSMITTER: None}
         self._must_centre = False
+        self._read_s = -math.inf  # of the transmitter's reading that was taken last
+        self._hand: tuple[Right, str] | None = None  # whose sticks were live last
         self._remote_s = -math.inf  # since when the lead boat steers by remote
         self.remote_system: int | None = None
         self.safe_switch = False
@@ -54,14 +56,21 @@ class Sticks:
         self.heard = self.heard or remote_system is not None
         self.demand_centre(now_s, even_if_silent=True)
 
-    def update(self, rc: RcInput | None, now_s: float) -> None:
+    def update(self, rc: RcInput | None, now_s: float) -> bool:
         """Take in the transmitter, whose channels are calibrated. A switch whose signal is lost keeps its last position
-        until an operator overrules it."""
-        if rc is not None and not rc.lost and all(map(math.isfinite, rc.channels)):
+        until an operator overrules it. Returns whether sticks that are off centre take over from others now."""
+        if not self._parameters["MAN_RC_SAFE_CH"]:
+            self.safe_switch = False
+        if rc is not None and rc.t_s > self._read_s and not rc.lost and all(map(math.isfinite, rc.channels)):
+            self._read_s = rc.t_s
             self._take(rc)
-        live = self.live(now_s)
-        if self._must_centre and live is not None and is_centred(live):
-            self._must_centre = False
+        right, live = next(((r, m) for r, m in self._in_charge() if self._fresh(m, now_s)), (None, None))
+        if right is None or live is None:
+            return False
+        before, self._hand = self._hand, (right, live.source)
+        taken_over = before not in (None, self._hand) and not is_centred(live)
+        self._must_centre = taken_over or (self._must_centre and not is_centred(live))
+        return taken_over
 
     def _take(self, rc: RcInput) -> None:
         """Sticks whose channel is missing make the whole transmitter unusable; a channel of 0 leaves its axis out."""
@@ -80,9 +89,7 @@ class Sticks:
 
     def _read_switch(self, rc: RcInput) -> None:
         channel = int(self._parameters["MAN_RC_SAFE_CH"])
-        if channel == 0:
-            self.safe_switch = False
-        elif channel <= len(rc.channels):
+        if 1 <= channel <= len(rc.channels):
             self.safe_switch = rc.channels[channel - 1] > (_SWITCH_OFF if self.safe_switch else _SWITCH_ON)
 
     def transmitter_live(self, now_s: float) -> bool:
@@ -96,7 +103,7 @@ class Sticks:
 
     def live(self, now_s: float) -> ManualInput | None:
         """The sticks in charge, wherever they stand; None if they have been silent for COM_RC_LOSS_T."""
-        return next((manual for manual in self._in_charge() if self._fresh(manual, now_s)), None)
+        return next((manual for _, manual in self._in_charge() if self._fresh(manual, now_s)), None)
 
     def obeyed(self, now_s: float) -> ManualInput | None:
         """The sticks in charge, once they may steer."""
@@ -116,7 +123,7 @@ class Sticks:
     def age_s(self, now_s: float) -> float:
         """Since the sticks in charge were last heard; infinite before that."""
         since_s = -math.inf if self.safe_switch else self._remote_s
-        heard_s = (manual.t_s for manual in self._in_charge() if manual is not None)
+        heard_s = (manual.t_s for _, manual in self._in_charge() if manual is not None)
         return now_s - max(since_s, *heard_s, -math.inf)
 
     def overrule_silent_switch(self, now_s: float) -> None:
@@ -124,12 +131,12 @@ class Sticks:
         if not self.transmitter_live(now_s):
             self.safe_switch = False
 
-    def _in_charge(self) -> list[ManualInput | None]:
+    def _in_charge(self) -> list[tuple[Right, ManualInput | None]]:
         given = self.safe_switch, self.remote_system
         if given != self._asked_of:
             facts = Facts(safe_switch=self.safe_switch, remote_system=self.remote_system)
             self._asked_of, self._rights = given, sticks_in_charge(facts)
-        return [self._last[right] for right in self._rights]
+        return [(right, self._last[right]) for right in self._rights]
 
     def _fresh(self, manual: ManualInput | None, now_s: float) -> bool:
         return manual is not None and now_s - manual.t_s <= self._parameters["COM_RC_LOSS_T"]

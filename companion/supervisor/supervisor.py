@@ -223,7 +223,8 @@ class Supervisor(Requests):
         parts.standstill.update(now_s)
         parts.unmeasured.update(parts.nav, self._helm.armed, now_s)
         rc = calibrated(inputs.rc, parts.parameters)
-        parts.sticks.update(rc, now_s)
+        if parts.sticks.update(rc, now_s):
+            self._helm.sticks_taken_over(now_s)
         self._obey_switches(rc, now_s)
         self._obey_safe_switch(now_s)
         parts.fence.update(parts.nav, self._helm.mode, self._helm.armed, now_s)

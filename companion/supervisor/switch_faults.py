@@ -29,7 +29,9 @@ def kill_channels(parameters: Parameters) -> list[int]:
 
 def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
     """Each fault in words: a channel that the transmitter does not have, or one that a switch shares. `channels`: how
-    many the transmitter has. The safe switch may be missing: it is mapped by default."""
+    many the transmitter has. The safe switch may be missing: it is mapped by default. So may the surge stick that does
+    not count."""
+    may_be_missing = ("MAN_RC_SAFE_CH", "RC_MAP_PITCH" if parameters["MAN_AXIS_SURGE"] else "RC_MAP_THROTTLE")
     by_channel: dict[int, list[str]] = {}
     for name in ("MAN_RC_SAFE_CH", *_SWITCHES, *_STICKS):
         if number := int(parameters[name]):
@@ -38,7 +40,7 @@ def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
         if parameters[name]:
             by_channel.setdefault(number, []).append(name)
     for number, names in sorted(by_channel.items()):
-        missing = [name for name in names if (name in _SWITCHES or name in OPTIONS) and number > channels]
+        missing = [name for name in names if name not in may_be_missing and number > channels]
         yield from (f"Transmitter has no channel {number}: {name}" for name in missing)
         if len(names) > 1 and any(name not in _STICKS for name in names):
             yield f"Channel {number} twice: {', '.join(names)}"

@@ -86,9 +86,9 @@ class TrafficWatch:
         frame, horizon_s = self._frame(), self._parameters["CA_TIME"]
         keep_m = self._parameters["CA_DIST"] + self.margin_m(nav)
         near: list[tuple[float, int, Contact]] = []
-        known = [contact(target, frame, now_s) for target in self._tracker.targets]
-        vessels = [one for one in known if one is not None]
-        for there in (*(vessels if self._parameters["CA_ACTION"] else ()), *self._sensed(vessels, now_s)):
+        targets = self._tracker.targets if self._parameters["CA_ACTION"] else ()
+        vessels = [one for target in targets if (one := contact(target, frame, now_s)) is not None]
+        for there in (*vessels, *self._sensed(vessels, now_s)):
             gap = math.hypot(there.north_m - nav.north_m, there.east_m - nav.east_m) - there.radius_m - self._radius_m
             if gap < keep_m + (speed_mps + there.speed_mps) * horizon_s:
                 near.append((gap, there.mmsi, there))
@@ -99,8 +99,8 @@ class TrafficWatch:
         return bool(self._movers(now_s))
 
     def _sensed(self, vessels: Sequence[Contact], now_s: float) -> Iterator[Contact]:
-        """What the sensors see moving and no AIS report explains. The boat keeps CP_DIST and a little more from it, not
-        all of CA_DIST, so its circle is smaller by the difference."""
+        """What the sensors see moving and none of the vessels that count explains. The boat keeps CP_DIST and a little
+        more from it, not all of CA_DIST, so its circle is smaller by the difference."""
         less_m = max(0.0, self._parameters["CA_DIST"] - max(0.0, self._parameters["CP_DIST"]) - _MOVER_MORE_M)
         for one in self._movers(now_s):
             near = (math.dist((one.north_m, one.east_m), (v.north_m, v.east_m)) - v.radius_m for v in vessels)

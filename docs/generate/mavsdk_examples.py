@@ -26,7 +26,7 @@ that are marked (`tests/protocol/test_mavsdk_examples.py`).
 The examples connect to UDP port 14540, where the simulation sends by default. Most of them are at home in Zurich, where
 PX4's simulator starts. Put the boat there:"""
 
-_START = """```sh title="on the boat"
+_START = """```sh
 companion run revolt --sitl --home 47.39804,8.54557,0 --speed 5
 ```"""
 

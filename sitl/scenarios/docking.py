@@ -80,9 +80,14 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         Check("surge speed at contact", metrics["contact_surge_mps"], 0.08, "m/s"),
         Check("sway speed at contact", metrics["contact_sway_mps"], 0.08, "m/s"),
         Check("it does not bounce", metrics["rebound_m"], 0.05, "m"),
-        Check("time held against the berth", held[-1]["t_s"] - held[0]["t_s"], 30.0, "s", at_least=True),
+        Check("from docked to the last contact", _touched_s(held), 30.0, "s", at_least=True),
         *_kept(metrics, asked["inertia_kg"]),
     )
+
+
+def _touched_s(held: Track) -> float:
+    """Time from the first row to the last one with a contact; 0 without one."""
+    return max((row["t_s"] - held[0]["t_s"] for row in held if row["contact_n"] > 0.0), default=0.0)
 
 
 def _off_the_berth(track: Track, asked: dict[str, Any]) -> tuple[dict[str, float], Sequence[Check]]:

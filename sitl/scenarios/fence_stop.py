@@ -97,6 +97,7 @@ def _stopped(gcs: GroundStation, line_m: float, settings: Settings, push: Callab
     swings_mps = 0.0 if gcs.rig.config.limits.sway_n > 0.0 else _SWING_SHARE * ahead_mps
     return {
         "length_m": gcs.rig.config.length_m,
+        "beam_m": gcs.rig.config.beam_m,
         "drifts": drifts,
         "rest_mps": max(_REST_MPS, swings_mps),  # without sideways thrust it turns its bow with the weather
         "fast_mps": fast_mps(gcs.rig.config, number(settings, "fast")),
@@ -143,7 +144,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     metrics = {
         "top_speed_mps": max(row["surge_mps"] for row in track),
         "middle_short_of_line_m": line_m - max(row["north_m"] for row in track),
-        "hull_short_of_line_m": line_m - max(row["north_m"] + half_m * abs(math.cos(row["yaw_rad"])) for row in track),
+        "hull_short_of_line_m": line_m - max(row["north_m"] + _reach_m(row, asked) for row in track),
         "speed_at_end_mps": abs(sum(row["surge_mps"] for row in last) / len(last)),  # waves move a boat to and fro
         "breaches": float(asked["breaches"]),
         "needs_m": asked["needs_m"],
@@ -162,6 +163,12 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         Check("breaches reported", metrics["breaches"], 0.0 if beyond_m <= half_m else 2.0, ""),
     )
     return metrics, checks
+
+
+def _reach_m(row: dict[str, float], asked: dict[str, Any]) -> float:
+    """How far north of its middle the hull reaches."""
+    length_m, beam_m = float(asked["length_m"]), float(asked["beam_m"])
+    return 0.5 * (length_m * abs(math.cos(row["yaw_rad"])) + beam_m * abs(math.sin(row["yaw_rad"])))
 
 
 def _at_rest(metrics: dict[str, float], asked: dict[str, Any]) -> Sequence[Check]:

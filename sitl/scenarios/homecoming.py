@@ -13,14 +13,17 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.config.top_speed import top_speed_mps
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.boat import holds_by_drifting
+from sitl.scenarios.follow_measure import modes
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, distance_to, read_truth
+from sitl.scenarios.obstacles import hull_of
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _MISSION = 0x04040000
 _ROOM_M = 12.0  # of the fence beside the route
 _CHECKED_SHARE = 0.3  # of the top speed: mean on the way home
 _BESIDE_S, _AT_HOME_S = 60.0, 30.0
+_RTL_S = 1.0  # at least
 _SPARE_M = 5.0  # of the fence beside what plans keep from it
 _FENCE_LENGTHS = 4.0  # least room of the fence, in lengths of the boat
 
@@ -49,11 +52,17 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     near_m = 2.0 * config.length_m
     if holds_by_drifting(config):
         near_m = max(near_m, gcs.parameter("DP_WATCH_R"))
-    return {"silent_s": silent_s, "to_s": gcs.rig.now_s, "near_m": near_m}
+    return {
+        "silent_s": silent_s,
+        "to_s": gcs.rig.now_s,
+        "near_m": near_m,
+        "fence_m": (out_m + room_m, room_m),
+        "hull_m": (config.length_m, config.beam_m),
+    }
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    """Where it is in the last half minute, and when it was there first."""
+    """Where it is in the last half minute, when it was there first, and how near its hull came to the fence."""
     track = between(read_truth(folder), asked["silent_s"])
     near_m = asked["near_m"]
     last = between(track, asked["to_s"] - _AT_HOME_S)
@@ -61,8 +70,24 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     metrics = {
         "home_in_s": there_s - asked["silent_s"],
         "farthest_at_end_m": max(distance_to(row, 0.0, 0.0) for row in last),
+        "inside_fence_m": min(_inside_m(row, asked) for row in track),
+        "rtl_s": sum(mode == "RTL" for t_s, mode in modes(folder) if t_s >= asked["silent_s"])
+        * (asked["to_s"] - asked["silent_s"])
+        / len(track),
     }
-    return metrics, (Check("from home in the last half minute", metrics["farthest_at_end_m"], near_m, "m"),)
+    return metrics, (
+        Check("from home in the last half minute", metrics["farthest_at_end_m"], near_m, "m"),
+        Check("the hull stays inside the fence", metrics["inside_fence_m"], 0.0, "m", at_least=True),
+        Check("time in RTL", metrics["rtl_s"], _RTL_S, "s", at_least=True),
+    )
+
+
+def _inside_m(row: dict[str, float], asked: dict[str, Any]) -> float:
+    """How far inside the fence the hull is."""
+    north_m, aside_m = map(float, asked["fence_m"])
+    return min(
+        min(north_m - north, north + aside_m, aside_m - abs(east)) for north, east in hull_of(row, *asked["hull_m"])
+    )
 
 
 SCENARIO = Scenario(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -60,7 +61,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     errors = estimate_errors(folder, asked["from_s"])
     ahead, starboard = body_fixed(errors)
     distances = [error.distance_m for error in errors]
-    turned = math.degrees(max(error.yaw_rad for error in errors) - min(error.yaw_rad for error in errors))
+    steps = (wrap_pi(b.yaw_rad - a.yaw_rad) for a, b in itertools.pairwise(errors))
+    yaws = [*itertools.accumulate(steps, initial=0.0)]
+    turned = math.degrees(max(yaws) - min(yaws))
     metrics = {
         "lever_arm_error_m": math.hypot(ahead, starboard),
         "estimate_error_rms_m": rms(distances),

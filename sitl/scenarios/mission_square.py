@@ -44,6 +44,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     by_side_m = _LIMIT_M if settings.get("side") else _LIMIT_M * side_m / _SIDE_M
     return {
         "side_m": side_m,
+        "radius_m": radius_m or _RADIUS_SHARE * side_m,
         "limit_m": number(settings, "limit") if settings.get("limit") else by_side_m,
         "start": (truth.north_m, truth.east_m),
         "started_s": started_s,
@@ -73,7 +74,6 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "speed_max_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in track),
         **(route_metrics(track, asked["config"], waypoints) if settings["path"] == "linear" else {}),
     }
-    radius_m = _RADIUS_SHARE * asked["side_m"]
     limit_m = max(asked["limit_m"], asked["beats_m"])  # a sail beats within its corridor
     checks = (
         Check(
@@ -83,7 +83,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
             "",
             at_least=True,
         ),
-        Check("every waypoint was passed inside its radius", metrics["worst_miss_m"], radius_m, "m"),
+        Check("every waypoint was passed inside its radius", metrics["worst_miss_m"], asked["radius_m"], "m"),
         Check("cross-track error RMS", metrics["cross_track_rms_m"], limit_m, "m"),
     )
     return metrics, checks

@@ -16,7 +16,8 @@ from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, closest, distance_to, read_truth
-from sitl.scenarios.scenario import Scenario, Settings, number
+from sitl.scenarios.rig import Conditions
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _MISSION = 0x04040000
 _TIMEOUT_S = 2400.0
@@ -30,6 +31,13 @@ def under_sail(config: VesselConfig) -> str | None:
     if config.has_sail:
         return None
     return "it needs a sail, and this boat has none"
+
+
+def prepare(conditions: Conditions, settings: Settings) -> Conditions:
+    """Unchanged. Raises ScenarioError where Hold would end before it is judged."""
+    if number(settings, "hold") <= _SETTLE_S:
+        raise ScenarioError(f"hold={settings['hold']}: must be above {_SETTLE_S:g}, the time before Hold is judged")
+    return conditions
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
@@ -147,6 +155,7 @@ SCENARIO = Scenario(
     },
     sail=sail,
     measure=measure,
+    prepare=prepare,
     needs=(under_sail,),
     lasts_s=620.0,
 )

@@ -25,6 +25,17 @@ from sitl.tow import TowLeg
 Settings = Mapping[str, str]
 
 _OF_ALL: Settings = {"water": ""}
+# Settings without which nothing would be sailed, or nothing judged.
+_ABOVE_ZERO = frozenset(
+    (
+        "back", "box", "distance", "duration", "each", "gap", "hold", "leg", "length", "line", "out", "outage", "run",
+        "side", "spacing", "time", "turns", "wait", "watch",
+    )
+)  # fmt: skip
+_NOT_BELOW_ZERO = frozenset(
+    ("econ", "late", "latency", "loss", "onward", "pause", "radius", "rest", "settle", "speed", "stay")
+)
+_WHOLE = {"count": 0, "stones": 0, "transects": 1}  # the least
 
 
 class ScenarioError(Exception):
@@ -103,6 +114,7 @@ def run(
             f"{scenario.name} has no setting {', '.join(sorted(unknown))}; "
             f"it has {', '.join(sorted(scenario.defaults))}{did_you_mean(min(unknown), scenario.defaults)}"
         )
+    _judge_numbers(scenario, settings)
     conditions = replace(
         _conditions(settings),
         vessel=vessel or scenario.vessel,
@@ -216,7 +228,7 @@ def _conditions(settings: Settings) -> Conditions:
         water=_word(settings, "water", ("", USUAL, ROUGH)) or None,
         waves=_waves(settings),
         wave_drift=bool(_choice(settings, "drift", {"off": 0, "on": 1})) if "drift" in settings else True,
-        model_error=number(settings, "model_error"),
+        model_error=_model_error(settings),
         controller_model=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         plant_error=number(settings, "plant_error"),
@@ -240,6 +252,27 @@ def _choice(settings: Settings, key: str, values: Mapping[str, float]) -> float:
     if word not in values:
         raise ScenarioError(f"{key}={word}: one of {', '.join(values)}")
     return values[word]
+
+
+def _judge_numbers(scenario: Scenario, settings: Settings) -> None:
+    """Raises ScenarioError for a setting that is no number, or one of which nothing would be sailed or judged. A
+    setting that the scenario itself leaves out may be empty."""
+    for key, text in settings.items():
+        if key not in _ABOVE_ZERO | _NOT_BELOW_ZERO | _WHOLE.keys() or not (text or scenario.defaults[key]):
+            continue
+        if key in _WHOLE and not (text.isdecimal() and int(text) >= _WHOLE[key]):
+            raise ScenarioError(f"{key}={text}: write a whole number, at least {_WHOLE[key]}")
+        value = number(settings, key) if text else math.nan
+        if not (value > 0.0 or (value == 0.0 and key not in _ABOVE_ZERO)):
+            raise ScenarioError(f"{key}={text}: must be {'above' if key in _ABOVE_ZERO else 'at least'} 0")
+
+
+def _model_error(settings: Settings) -> float:
+    """Share by which the model is wrong: it keeps some inertia and damping."""
+    share = number(settings, "model_error")
+    if share <= -1.0:
+        raise ScenarioError(f"model_error={settings['model_error']}: a share above -1, as -0.3 or 0.3")
+    return share
 
 
 def _word(settings: Settings, key: str, words: Sequence[str]) -> str:
@@ -272,9 +305,12 @@ def _waves(settings: Settings) -> str | None:
 def number(settings: Settings, key: str) -> float:
     """The value of a setting that is a number; 0 where it is empty. Raises ScenarioError."""
     try:
-        return float(settings.get(key) or 0.0)
-    except ValueError as error:
-        raise ScenarioError(f"{key}={settings[key]}: not a number") from error
+        value = float(settings.get(key) or 0.0)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ScenarioError(f"{key}={settings[key]}: not a number")
+    return value
 
 
 def _write(folder: Path, outcome: ScenarioResult, conditions: Conditions, settings: Settings) -> None:

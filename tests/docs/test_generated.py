@@ -27,7 +27,7 @@ from docs.generate.pages import PAGES
 from docs.generate.results import figure, results
 from docs.generate.statustexts import all_texts, severity
 from docs.generate.templates import templates
-from tests.docs.pages import DOCS, generated
+from tests.docs.pages import DOCS, ROOT, generated
 
 
 def _page(place: str) -> str:
@@ -137,6 +137,13 @@ def test_a_text_of_several_parts_becomes_a_template() -> None:
 )
 def test_a_name_ends_in_its_unit(name: str, unit: str) -> None:
     assert unit_of(name) == unit
+
+
+def test_every_room_stands_in_the_table_of_the_architecture() -> None:
+    page = (DOCS / "inside" / "architecture.md").read_text(encoding="utf-8")
+    table_of_rooms = page.partition("## The rooms")[2].partition("\n## ")[0]
+    folders = [name for name in rooms() if (ROOT / "companion" / name).is_dir()]
+    assert [name for name in folders if f"`{name}`" not in table_of_rooms] == []
 
 
 def test_the_house_has_every_room_once_and_imports_point_down() -> None:

@@ -14,7 +14,7 @@ from companion.core.decision import Severity, Status
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.payload import Forward, Shot
-from companion.core.readings import Battery, Leak, ManualInput, RcInput
+from companion.core.readings import Battery, Depth, Leak, ManualInput, RcInput
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint
 from companion.core.tick import DeviceHealth, Inputs
 from companion.fence.guard import FenceGuard
@@ -46,9 +46,11 @@ class Boat:
         self.nav = AT_REST
         self.sticks: tuple[float, float, float] | None = None
         self.rc: tuple[float, ...] | None = None
+        self.rc_silent_s: float | None = None  # since then the transmitter sends nothing: its last reading stays
         self.station = True
         self.battery: float | None = None
         self.wet = False
+        self.depth_m: float | None = None
         self.pinned = False  # whatever is asked of it, it stays where it is
         self.silent: set[str] = set()
         self.said: list[tuple[str, str]] = []
@@ -120,7 +122,8 @@ class Boat:
         inputs = Inputs(
             battery=None if self.battery is None else Battery(now, "battery", 12.0, None, self.battery),
             leak=Leak(now, "leak", self.wet),
-            rc=None if self.rc is None else RcInput(now, "rc", self.rc, lost=False),
+            depth=None if self.depth_m is None else Depth(now, "sounder", self.depth_m),
+            rc=None if self.rc is None else RcInput(self.rc_silent_s or now, "rc", self.rc, lost=False),
         )
         names = [device.name for device in (*self.config.sensors, *self.config.actuators)]
         health = [

@@ -13,6 +13,7 @@ OBSTACLE_DISTANCE: int = mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE
 DISTANCE_SENSOR: int = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
 _BODY_FRAMES = (mavlink.MAV_FRAME_BODY_FRD, mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED)
 _UNKNOWN = 0xFFFF
+_NO_SIGNAL = 1  # signal_quality of a distance that is none; 0 is not told
 _FORWARD, _LAST_YAW = mavlink.MAV_SENSOR_ROTATION_NONE, mavlink.MAV_SENSOR_ROTATION_YAW_315
 _DOWN = mavlink.MAV_SENSOR_ROTATION_PITCH_270
 _EIGHTH_RAD = math.radians(45.0)
@@ -54,9 +55,9 @@ def reading_of(
     message: Any, source: str, t_s: float, offset_rad: float = 0.0, x_m: float = 0.0, y_m: float = 0.0
 ) -> Reading | None:
     """What a DISTANCE_SENSOR measures: one sector around, or the depth below; None for other directions."""
-    turn = int(message.orientation)
+    turn, signal = int(message.orientation), message.signal_quality != _NO_SIGNAL
     if turn == _DOWN:
-        measured = message.min_distance <= message.current_distance < message.max_distance
+        measured = signal and message.min_distance <= message.current_distance < message.max_distance
         depth_m = message.current_distance * _CM
         return Depth(t_s, source, depth_m, None, message.max_distance * _CM) if measured else None
     if not _FORWARD <= turn <= _LAST_YAW:
@@ -65,7 +66,7 @@ def reading_of(
     width = message.horizontal_fov if told else _BEAM_RAD
     first = _EIGHTH_RAD * turn + offset_rad
     least_m, most_m = message.min_distance * _CM, message.max_distance * _CM
-    distance_m = _distance_m(message.current_distance, message.max_distance)
+    distance_m = _distance_m(message.current_distance, message.max_distance) if signal else math.nan
     return Ranges(t_s, source, first, width, least_m, most_m, False, x_m, y_m, (distance_m,))
 
 

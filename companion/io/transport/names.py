@@ -6,6 +6,8 @@ import re
 import socket
 import threading
 
+from companion.io.transport.threads import begun
+
 LOCALHOST = "127.0.0.1"
 LOOK_AGAIN_S = 30.0  # for the address of a peer that is not heard
 _LOOK_SOON_S = 5.0  # for a name that has no address yet
@@ -72,8 +74,8 @@ class Host:
         """Begin to look the name up, unless that is under way. Returns at once."""
         if self.fixed or self.seeking:
             return
-        self._seeking = threading.Thread(target=self._look, name=f"look-up {self.host}", daemon=True)
-        self._seeking.start()
+        self._seeking = begun(self._look, f"look-up {self.host}")
+        self._failed = self._failed or self._seeking is None
 
     def keep_up(self, silent: bool, now_s: float, patience: float = 1.0) -> None:
         """Look the name up again now and then while its host is `silent`. `patience`: factor on the time until then,

@@ -27,6 +27,7 @@ from companion.io.transport.line import Line
 from companion.io.transport.names import Host, NameUnknown, is_address, is_name
 from companion.io.transport.serial_line import PARITIES, STOPBITS, SerialLine
 from companion.io.transport.tap import Tap
+from companion.io.transport.tcp_loss import notice_loss
 from companion.io.transport.urls import PortUrl, TransportError, parse_url
 
 _OPTIONS: dict[str, dict[str, Sequence[str]]] = {
@@ -179,6 +180,7 @@ class TcpClientLine(TcpLine):
         self._give_up_s = None
         self._socket = self._new_socket(socket.SOCK_STREAM)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        notice_loss(self._socket)
         result = self._socket.connect_ex(self._address())
         if result not in (0, errno.EINPROGRESS):
             raise OSError(result, os.strerror(result))
@@ -232,6 +234,7 @@ class TcpServerLine(TcpLine):
             newer, _ = self._listener.accept()
             newer.setblocking(False)
             newer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            notice_loss(newer)
             self._hang_up()
             self._socket = newer
         return self._socket is not None

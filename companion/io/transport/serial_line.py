@@ -10,12 +10,14 @@ import stat
 import termios
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import serial
 
 from companion.io.transport.line import LINE_ERRORS, Line
 from companion.io.transport.port_holders import holder_of
+from companion.io.transport.threads import begun
 from companion.io.transport.urls import PortUrl
 
 PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
@@ -83,10 +85,8 @@ class SerialLine(Line):
             opening.abandon()
         if port is None:
             return
-        if self._closed:
+        if self._closed or begun(partial(_close, port), "port-closer") is None:
             _close(port)
-        else:
-            threading.Thread(target=_close, args=(port,), name="port-closer", daemon=True).start()
 
     def _descriptor(self) -> int | None:
         return None if self._port is None else int(self._port.fileno())
@@ -112,7 +112,7 @@ class SerialLine(Line):
 
 class _Opening:
     """A try to open a port, in a thread of its own. When it has `ended`, `port()` returns the port or raises its
-    error."""
+    error. Making one raises PortError where there is no thread for it."""
 
     def __init__(self, endpoint: PortUrl) -> None:
         self._endpoint = endpoint
@@ -121,7 +121,8 @@ class _Opening:
         self._port: serial.Serial | None = None
         self._error: Exception | None = None
         self.ended = threading.Event()
-        threading.Thread(target=self._open, name="port-opener", daemon=True).start()
+        if begun(self._open, "port-opener") is None:
+            raise PortError("not opened: this computer has no threads left; trying again")
 
     def port(self) -> serial.Serial:
         """The open port. Raises the error that opening met."""

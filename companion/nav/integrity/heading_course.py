@@ -1,4 +1,5 @@
-"""A fast boat does not point where it goes: the heading differs from the course by more than drift explains."""
+"""A fast boat does not point where it goes: the heading differs from the course by more than drift explains. A boat
+that pushes astern may go stern first, or still ahead."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ class HeadingCourse(Hypothesis):
             course_rad = math.atan2(evidence.east_mps, evidence.north_mps)
             explained_rad = _LEAST_RAD + math.asin(min(_DRIFT_MPS / speed_mps, 1.0))
             for seen in evidence.headings[-4:]:
-                self._compare(seen, course_rad, explained_rad)
+                self._compare(seen, course_rad, explained_rad, evidence.astern)
         return [
             LieFound(Channel(Sense.HEADING, name), "is not on course", source.since_s, asks=True, widens=True)
             for name, source in self._sources.items()
@@ -69,9 +70,11 @@ class HeadingCourse(Hypothesis):
                 source.since_s = source.since_s if source.found else None
         return measured
 
-    def _compare(self, seen: HeadingSeen, course_rad: float, explained_rad: float) -> None:
+    def _compare(self, seen: HeadingSeen, course_rad: float, explained_rad: float, astern: bool) -> None:
         source = self._sources[seen.source]
         off_rad = abs(wrap_pi(course_rad - seen.yaw_rad))
+        if astern:
+            off_rad = min(off_rad, math.pi - off_rad)
         if off_rad <= explained_rad + _WANDERS * seen.wander_rad:
             source.since_s, source.found = None, False
             return

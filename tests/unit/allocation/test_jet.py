@@ -99,6 +99,15 @@ def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
 
 
+def test_a_jet_that_was_stopped_begins_with_jet_steer_n() -> None:
+    """Disarmed with its bow against a quay, RescueRunner began its next sail with three times JET_STEER_N."""
+    jet = allocator(JET_STEER_N=250.0)
+    settle(jet, Wrench(0.0, 0.0, 1200.0), 2.0, 60.0)
+    jet.neutral()
+    result = settle(jet, Wrench(0.0, 0.0, 1200.0), 2.0, 2.0)
+    assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(250.0, rel=1e-3)
+
+
 def test_at_speed_what_the_water_takes_does_not_grow() -> None:
     """Grown as well, it drove the boat past a leader at rest at 3.3 m/s."""
     drag_n = VESSEL.hull.drag_n(4.0)

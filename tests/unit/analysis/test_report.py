@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import struct
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
 from pathlib import Path
@@ -16,7 +17,7 @@ import pytest
 
 from companion.analysis.report import Packets, _chart, _frame, write_report
 from companion.analysis.report_data import read_log
-from companion.analysis.report_facts import Level, errors_by_mode, verdicts
+from companion.analysis.report_facts import Level, distance_m, errors_by_mode, verdicts
 from companion.analysis.svg_chart import Frame, Series, chart, clock, nice_steps, stretches, thinned
 from companion.analysis.svg_map import _Labels
 from companion.cli.main import main
@@ -146,6 +147,19 @@ def test_what_the_page_says_of_the_run_is_what_the_log_says(sailed: Path) -> Non
     assert np.nanmax(off[recorded.ticks["position_valid"] > 0]) < 0.2
     (station,) = [row for row in Packets(recorded).rows() if row[0].startswith("system 255")]
     assert int(station[1]) > 20 and station[2] == "0"
+
+
+def test_the_way_is_that_of_the_armed_boat_without_the_noise_of_its_positions(sailed: Path) -> None:
+    """As the last lines of `companion run` tell it, so that a run has one distance."""
+    recorded = read_log(sailed)
+    truth = recorded.truth
+    assert truth is not None
+    armed_s = recorded.t_s[recorded.ticks["armed"] > 0.0]
+    under_way = (truth["t_s"] >= armed_s[0]) & (truth["t_s"] <= armed_s[-1])
+    way = np.hypot(np.diff(truth["north_m"][under_way]), np.diff(truth["east_m"][under_way]))
+    assert distance_m(recorded) == pytest.approx(float(np.sum(way)), rel=0.03)
+    moored = dict(recorded.ticks) | {"armed": np.zeros_like(recorded.t_s)}
+    assert distance_m(replace(recorded, ticks=moored)) == 0.0
 
 
 def test_lost_packets_are_counted_by_their_numbers(sailed: Path, tmp_path: Path) -> None:

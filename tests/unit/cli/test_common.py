@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import errno
 import io
@@ -101,3 +102,10 @@ def test_a_medium_that_refuses_has_a_remedy(
     monkeypatch.setattr(tempfile, "TemporaryFile", refused)
     with pytest.raises(UsageError, match=f"{tmp_path}: .*{remedy}"):
         judge_log_folder(tmp_path)
+
+
+def test_seeds_from_one_to_another() -> None:
+    assert common.seeds("0-7") == range(8) and common.seeds("3") == range(3, 4)
+    for text in ("5-3", "x", "", "1-2-3"):
+        with pytest.raises(argparse.ArgumentTypeError, match="write A-B, as 0-7, or one seed"):
+            common.seeds(text)

@@ -42,6 +42,15 @@ def test_a_survey_says_what_it_does_and_what_it_needs(capsys: pytest.CaptureFixt
     assert "note: No camera for DO_SET_CAM_TRIGG_DIST, item 2 and 1 more" in capsys.readouterr().out
 
 
+def test_a_boat_without_sideways_thrust_holds_at_a_berth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "berth.plan"
+    berth = PlanItem(0, 21, 3, 0.0, 0.0, 0.0, 90.0, 634_391_000, 103_990_000, 0.0)
+    file.write_text(files.write(file.name, files.PlanFile((berth,), home=(63.4389, 10.399, 0.0))), encoding="utf-8")
+    for vessel, told in (("revolt", "comes alongside"), ("blueboat", "holds there, and does not dock")):
+        assert main(["mission", str(file), "--vessel", vessel]) == 0
+        assert f"note: item 1 {told}" in capsys.readouterr().out
+
+
 def far(tmp_path: Path, north_m: float) -> str:
     file = tmp_path / "far.plan"
     north = [
@@ -110,6 +119,24 @@ def test_what_the_boat_would_refuse_is_said(tmp_path: Path, capsys: pytest.Captu
     assert main(["mission", str(file), "--plot", str(tmp_path / "a.png")]) == 1
     assert "item 1: NAV_WAYPOINT hold time (param1) is -5" in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()
+
+
+def test_what_that_boat_would_refuse_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, vessel = tmp_path / "a.waypoints", tmp_path / "revolt.toml"
+    lines = (
+        "QGC WPL 110",
+        "0\t1\t0\t16\t0\t0\t0\t0\t63.4389\t10.399\t0\t1",
+        "1\t0\t3\t22\t0\t0\t0\t0\t63.4389\t10.399\t0\t1",
+        "2\t0\t3\t18\t1\t0\t0.5\t0\t63.439\t10.399\t0\t1",
+    )
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert main(["mission", str(file)]) == 0
+    assert main(["mission", str(file), "--vessel", "revolt"]) == 1
+    assert "NAV_LOITER_TURNS radius (param3) is 0.5 m; this boat needs" in capsys.readouterr().err
+    text = find("revolt").read_text(encoding="utf-8")
+    vessel.write_text(text.replace("[parameters]", "[parameters]\nCOM_TAKEOFF_OK = 0"), encoding="utf-8")
+    assert main(["mission", str(file), "--vessel", str(vessel)]) == 1
+    assert "item 1: NAV_TAKEOFF is not for a boat (COM_TAKEOFF_OK)" in capsys.readouterr().err
 
 
 def test_a_conversion_that_would_lose_something_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

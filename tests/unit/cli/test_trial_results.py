@@ -19,6 +19,7 @@ from companion.config.vessel import find, load
 from companion.core.storing import Stored
 from companion.core.trial_results import TrialFinding, TrialResultError
 from companion.core.work import AtOnce
+from tests.threadless import no_threads
 from tests.unit.config.test_overlay import OVERLAY
 
 
@@ -55,6 +56,12 @@ def test_a_finding_is_proposed_accepted_and_undone(vessel_file: Path) -> None:
     assert trials.undo().durable and load(vessel_file) == before
     assert trials.undo().reason.endswith("nothing to undo")
     trials.close()
+
+
+def test_without_threads_a_trial_is_not_identified(vessel_file: Path) -> None:
+    trials = trials_of(vessel_file)
+    with no_threads(), pytest.raises(TrialResultError, match="no threads left"):
+        trials.identify().result(0.0)
 
 
 def test_an_overlay_for_which_there_is_no_room_is_none(vessel_file: Path) -> None:

@@ -15,7 +15,7 @@ from companion.control.dynamic_positioning import pole_placement
 from companion.control.model import force_for
 from companion.control.wind import wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
-from companion.core.estimate import WaveMotion
+from companion.core.estimate import NavState, WaveMotion
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     NEUTRAL_SETPOINT,
@@ -256,6 +256,25 @@ def test_a_non_finite_input_gives_no_thrust_and_leaves_nothing_behind() -> None:
     c = controller()
     assert c.update(HERE, nav_state(north_m=math.nan), ZERO_WRENCH, DT_S) == ZERO_WRENCH
     assert axes(c.update(HERE, nav_state(), ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "setpoint",
+    [PoseSetpoint(1.0, 0.0, 0.1), PathSetpoint(0.1, 1.0), PathSetpoint(0.1, 1.0, exact=True)],
+    ids=["pose", "path", "planned"],
+)
+@pytest.mark.parametrize(
+    "bad",
+    [nav_state(surge_mps=math.nan), nav_state(yaw_rad=math.nan), nav_state(wind=(math.nan, 0.5))],
+    ids=["speed", "heading", "wind"],
+)
+def test_after_a_non_finite_state_every_law_begins_anew(setpoint: PoseSetpoint | PathSetpoint, bad: NavState) -> None:
+    good = nav_state(wind=(3.0, 0.5))
+    fresh = axes(controller().update(setpoint, good, ZERO_WRENCH, DT_S))
+    c = controller()
+    c.update(setpoint, good, ZERO_WRENCH, DT_S)
+    assert c.update(setpoint, bad, ZERO_WRENCH, DT_S) == ZERO_WRENCH
+    assert axes(c.update(setpoint, good, ZERO_WRENCH, DT_S)) == pytest.approx(fresh)
 
 
 def poses(rate_radps: float) -> tuple[PlannedPose, ...]:

@@ -7,9 +7,11 @@ import pytest
 
 from companion.config.vessel import VesselConfig, find, load
 from companion.control.bias import BiasForce
+from companion.control.controller import Controller
 from companion.control.heading import YawLoop
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.estimate import NO_ESTIMATE
-from companion.core.setpoint import PathSetpoint
+from companion.core.setpoint import NEUTRAL_SETPOINT, PathSetpoint
 from companion.params.store import Parameters
 from companion.params.table import table_of
 
@@ -74,3 +76,17 @@ def test_the_heave_ends_with_the_turn() -> None:
         assert loop.moment_nm(TURN, there, bias, 0.1) == pytest.approx(
             fresh.moment_nm(TURN, there, BiasForce(boat.limits), 0.1), abs=0.05 * boat.limits.yaw_nm
         )
+
+
+def test_what_held_the_bow_is_forgotten_while_the_boat_is_neutral() -> None:
+    """BlueBoat, disarmed with its bow against a quay, began its next turn with all its moment, and turned at 67 deg/s
+    in place of 36."""
+    boat = load(find("blueboat"))
+    fresh, held = (Controller(boat, Parameters(boat.parameters, table_of(boat))) for _ in range(2))
+    nav = replace(NO_ESTIMATE, yaw_rad=2.0)
+    for _ in range(300):
+        held.update(TURN, nav, ZERO_WRENCH, 0.1)
+    assert held.update(TURN, nav, ZERO_WRENCH, 0.1) != fresh.update(TURN, nav, ZERO_WRENCH, 0.1)
+    held.update(NEUTRAL_SETPOINT, nav, ZERO_WRENCH, 0.1)
+    fresh.reset()
+    assert held.update(TURN, nav, ZERO_WRENCH, 0.1) == fresh.update(TURN, nav, ZERO_WRENCH, 0.1)

@@ -218,3 +218,14 @@ def test_another_lane_has_the_same_area() -> None:
     assert FIELD.in_lane(Lane.CONTROL) is FIELD
     assert other.first_exit(line) == FIELD.first_exit(line) and other.margin(1.0, 2.0) == FIELD.margin(1.0, 2.0)
     assert FenceArea({0: [Disc(0.0, 0.0, 1.0), Disc(9.0, 9.0, 1.0)]}, []).in_lane(Lane.USUAL).empty
+
+
+def test_zones_with_spikes_and_without_an_area_make_a_fence_with_any_others() -> None:
+    """GEOS raised for an exclusion with a spike beside inclusions that do not overlap: the upload was refused as one
+    that could not be checked."""
+    spike = [(0.0, 0.0), (0.0, 10.0), (10.0, 10.0), (10.0, 20.0), (10.0, 10.0), (10.0, 0.0)]
+    flat, far = [(0.0, 0.0), (5.0, 5.0), (9.0, 9.0)], [(100.0, 100.0), (100.0, 120.0), (120.0, 120.0)]
+    assert FenceArea({0: [far, HOLE]}, [spike]).empty
+    assert FenceArea({0: [flat, Disc(50.0, 50.0, 5.0)]}, [spike]).empty
+    spiked = FenceArea({0: [BOX], 1: [flat]}, [spike, flat])
+    assert spiked.margin(5.0, 5.0).distance_m == pytest.approx(-5.0) and spiked.contains(10.0, 15.0)

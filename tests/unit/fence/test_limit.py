@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -44,6 +45,26 @@ def test_a_boat_over_the_edge_may_move_along_the_line_and_inwards_but_not_outwar
     assert speed_limit(AREAS, over, (0.0, 1.0), Parameters()).speed_mps > 1.0
     assert speed_limit(AREAS, over, (-1.0, 0.0), Parameters()).speed_mps > 1.0
     assert speed_limit(AREAS, over, (1.0, 0.0), Parameters()).speed_mps == 0.0
+
+
+@pytest.mark.parametrize("beside_m", [0.9, 0.4, 0.0, -0.3])
+@pytest.mark.parametrize("accuracy_m", [0.02, 0.5])
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0, -20.0])
+def test_close_along_one_line_it_stops_before_the_next(beside_m: float, accuracy_m: float, turn_deg: float) -> None:
+    """Along a quay, nearer to its line than twice the position's accuracy, the line at its end did not count until it
+    was the nearest: ÅBOAT sailed 2.6 m over it at full stick. `turn_deg`: of its course, away from the near line."""
+    parameters, turn = Parameters(), math.radians(turn_deg)
+    lag_s, speed_mps, north_m, east_m = 1.0 / parameters["PATH_BW_SURGE"], 0.0, 0.0, 50.0 - HALF_M - beside_m
+    for _ in range(900):
+        north_mps, east_mps = speed_mps * math.cos(turn), -speed_mps * math.sin(turn)
+        nav = replace(AT_REST, north_m=north_m, east_m=east_m, north_mps=north_mps, east_mps=east_mps)
+        nav = replace(nav, position_accuracy_m=accuracy_m)
+        limit = speed_limit(AREAS, nav, (math.cos(turn), -math.sin(turn)), parameters)
+        speed_mps += ((min(2.0, limit.speed_mps) - speed_mps) / lag_s - limit.braking_mps2) * DT_S
+        north_m, east_m = north_m + north_mps * DT_S, east_m + east_mps * DT_S
+        assert speed_mps < 2.1
+    assert north_m < LINE_M - HALF_M + 0.03 and abs(speed_mps) < 0.06
+    assert turn_deg < 0.0 or north_m > LINE_M - HALF_M - 2.0 * accuracy_m - 0.3, "and it gets there"
 
 
 @pytest.mark.parametrize(("edge_m", "least_mps", "most_mps"), [(5.0, 0.3, 2.0), (0.1, 0.0, 0.06), (-0.2, 0.0, 0.0)])

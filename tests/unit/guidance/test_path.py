@@ -220,3 +220,14 @@ def test_samples_follow_the_path() -> None:
     assert (north[0], east[0]) == ROUTE[0]
     assert (north[-1], east[-1]) == pytest.approx(ROUTE[-1])
     assert max(np.hypot(np.diff(north), np.diff(east))) < 0.8
+
+
+@pytest.mark.parametrize("leg_m", [50.0, 20_000.0])
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_many_places_at_once_are_those_of_their_arc_lengths(kind: PathKind, leg_m: float) -> None:
+    """Of a right angle too, at which the curve's own derivative vanishes."""
+    path = build_path([(0.0, 0.0), (leg_m, 0.0), (leg_m, leg_m), (2.0 * leg_m, 1.3 * leg_m)], kind)
+    near = [s + x for s in path.waypoint_s_m for x in (-8.0, -0.2, 0.0, 0.2, 8.0) if 0.0 <= s + x <= path.length_m]
+    north, east = path.positions(np.array(near))
+    for s, n, e in zip(near, north, east, strict=True):
+        assert math.dist(path.position(s), (n, e)) < 2e-3

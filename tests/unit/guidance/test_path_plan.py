@@ -192,3 +192,21 @@ def test_against_a_strong_stream_hardly_any_thrust_is_left_to_speed_up() -> None
 
 def test_a_boat_without_sideways_thrust_has_no_plan() -> None:
     assert agility_of(load(find("rescuerunner"))) is None
+
+
+def test_a_long_leg_leaves_the_plan_of_the_others_as_it_is() -> None:
+    near_track, near = planned()
+    track, far = planned(points=[*CORNER[:2], (40.0, 60_000.0)])
+    corner_s = track.waypoint_s_m[1]
+    for x in (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0):
+        s, near_s = corner_s + x, near_track.waypoint_s_m[1] + x
+        assert far.speed_mps(s) == pytest.approx(near.speed_mps(near_s), abs=0.03)
+        assert far.course_rad(s) == pytest.approx(near.course_rad(near_s), abs=0.05)
+        assert far.ahead_m(s, 2.0, 0.3) - s == pytest.approx(near.ahead_m(near_s, 2.0, 0.3) - near_s, abs=0.05)
+
+
+def test_a_way_that_takes_no_time_has_a_plan() -> None:
+    """Its steps are so short that tables of them would not fit into memory."""
+    track, plan = planned(points=[(3.0, 4.0)] * 3)
+    assert track.length_m == 0.0
+    assert (plan.speed_mps(0.0), plan.course_rad(0.0)) == pytest.approx((0.0, 0.0), abs=1e-3)

@@ -145,3 +145,20 @@ def test_samples_that_coincide_are_left_out_one_by_one(seed: int) -> None:
     expected[-1] = last
     assert apart(length, 0.3) == expected
     assert apart(np.arange(9.0), 0.3) == slice(None)
+
+
+@pytest.mark.parametrize("swing_m", [0.0, 6.0])
+@pytest.mark.parametrize("far_m", [5_000.0, 300_000.0])
+def test_a_long_leg_leaves_the_corners_of_the_others_as_they_are(far_m: float, swing_m: float) -> None:
+    """Of a route of any length the corners are rounded alike."""
+    radius_m = 0.2 if swing_m else 1.5
+
+    def laid(points: list[tuple[float, float]]) -> Track:
+        swings = [swing_m] * len(points)
+        return Track(build_path(points, PathKind.LINEAR), points, [radius_m] * len(points), 10.0, swings)
+
+    onward = [*SQUARE, (far_m, 0.0), (far_m, far_m)]
+    near, far = laid(SQUARE), laid(onward)
+    assert cuts(far, onward)[1:4] == pytest.approx(cuts(near, SQUARE)[1:4], abs=0.02)
+    assert max(map(abs, far.curvature_1pm)) == pytest.approx(max(map(abs, near.curvature_1pm)), rel=0.1)
+    assert far.spacing_m < 0.3

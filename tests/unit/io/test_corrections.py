@@ -7,7 +7,7 @@ import base64
 import os
 import socket
 import tty
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -65,6 +65,22 @@ def test_two_base_stations_are_not_mixed() -> None:
     desk.relay.take("mavlink:255", [frame(50, 7)], 11.9)
     desk.relay.take("mavlink:255", [frame(50, 8)], 12.1)
     assert desk.got() == frame(50, 8)
+
+
+def test_the_next_source_takes_over_after_the_silence_that_the_file_says() -> None:
+    desk = Desk("corrections_1", "corrections_2")
+    configs = (CorrectionsConfig("tcpout:10.0.0.1:1", timeout_s=3.0), CorrectionsConfig("tcpout:10.0.0.2:1"))
+    lines = [Listening() for _ in configs]
+    first, second = (
+        CorrectionsSource(config, f"corrections_{n}", line, desk.relay)
+        for n, (config, line) in enumerate(zip(configs, lines, strict=True), 1)
+    )
+    lines[0].chunks = [(0.0, frame(50, 1))]
+    first.read(0.0)
+    for number, now_s in enumerate((2.9, 3.1), 2):
+        lines[1].chunks = [(now_s, frame(50, number))]
+        second.read(now_s)
+    assert desk.got() == frame(50, 1) + frame(50, 3)
 
 
 def test_what_one_station_sends_over_two_links_goes_out_once() -> None:
@@ -229,6 +245,38 @@ def test_a_caster_that_refuses_is_asked_again_only_after_a_while(reply: bytes, s
     again.settimeout(CAP_S)
     assert again.recv(100).startswith(b"GET /BASE")
     caster.close(again)
+
+
+@pytest.mark.parametrize(
+    ("pieces", "said"),
+    [
+        ((b"SOURCETABLE 200 OK\r\n", b"\r\nSTR;OTHER;\r\n"), "the caster has no mountpoint BASE"),
+        ((b"HTTP/1.0 403 Forbidden\r\n", b"the limit of 200 users\r\n"), "the caster refuses: HTTP/1.0 403 Forbidden"),
+    ],
+)
+def test_a_refusal_that_comes_in_pieces_is_told_by_its_first_line(pieces: Sequence[bytes], said: str) -> None:
+    caster = FakeCaster(mountpoint="BASE")
+    connection = caster.accept()
+    for piece in pieces:
+        connection.sendall(piece)
+        caster.pump()
+    assert caster.source.health(caster.now_s).text.startswith(said)
+    caster.close(connection)
+
+
+def test_a_caster_that_refuses_and_does_not_hang_up_is_asked_again() -> None:
+    caster = FakeCaster(mountpoint="BASE")
+    connection = caster.accept()
+    connection.recv(4096)
+    connection.sendall(b"ERROR - Mountpoint Taken\r\n")
+    caster.pump()
+    caster.now_s += 30.0
+    caster.pump()
+    assert connection.recv(100).startswith(b"GET /BASE")
+    connection.sendall(b"ICY 200 OK\r\n\r\n" + STATION)
+    caster.pump()
+    assert caster.desk.got() == STATION
+    caster.close(connection)
 
 
 # --- in a vessel's file -----------------------------------------------------------------------------------------------

@@ -6,9 +6,11 @@ import io
 import os
 import select
 import termios
+import threading
 from pathlib import Path
 
 from companion.leader_module.console import Console
+from tests.waiting import CAP_S
 
 
 def test_keys_come_one_by_one_and_the_line_is_written_over() -> None:
@@ -26,7 +28,7 @@ def test_keys_come_one_by_one_and_the_line_is_written_over() -> None:
         console.say("something was said")
         console.show("another", 0.2)
         shown = ""
-        while select.select([master], [], [], 0.0)[0]:
+        while "another" not in shown and select.select([master], [], [], CAP_S)[0]:
             shown += os.read(master, 4096).decode()
         assert "ma" not in shown, "what is typed is not echoed"
         assert (
@@ -49,6 +51,26 @@ def test_without_a_terminal_a_line_goes_out_every_five_seconds(tmp_path: Path) -
         console.say("said")
         console.close()
     assert out.getvalue().splitlines() == ["line 0", "line 50", "line 100", "said"]
+
+
+def test_an_output_that_stands_still_holds_nobody_up(tmp_path: Path) -> None:
+    """Ctrl-S, or a laptop whose connection to the module is cut; here a pipe that nobody reads."""
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "w", encoding="utf-8") as out, (tmp_path / "nothing").open("w+") as source:
+        console = Console(out, source)
+
+        def a_while() -> None:
+            for n in range(2000):
+                console.say(f"{n:078d}")
+            console.close()
+
+        caller = threading.Thread(target=a_while, daemon=True)
+        caller.start()
+        caller.join(0.1 * CAP_S)
+        stuck = caller.is_alive()
+        os.close(reading)  # which ends what is written
+        caller.join(CAP_S)
+    assert not stuck
 
 
 def test_a_terminal_that_goes_away_is_given_up() -> None:

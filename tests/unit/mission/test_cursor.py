@@ -102,3 +102,15 @@ def test_a_condition_holds_back_following_too() -> None:
     cursor = Cursor(_plan(_item(16), _item(112, 5.0), _item(32, -1.0), _item(16)))
     assert cursor.advance() == [] and cursor.seq == 3
     assert cursor.open_gate() == [FollowLeader(2, None)]
+
+
+def test_the_speed_of_the_leg_outlasts_a_pause() -> None:
+    """What a condition holds back slows the boat down once it is met, not when the boat goes on."""
+    cursor = Cursor(_plan(_item(178, 1.0, 2.0), _item(16), _item(112, 60.0), _item(178, 1.0, 0.5), _item(16)))
+    cursor.settle()
+    cursor.advance()
+    assert (cursor.speed_mps, cursor.leg_speed_mps) == (0.5, 2.0)
+    assert cursor.settle() == [] and cursor.leg_speed_mps == 2.0
+    assert cursor.open_gate() == [SetSpeed(0.5)]
+    cursor.stand_at(4)
+    assert cursor.leg_speed_mps == 0.5

@@ -8,10 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from companion.core.decision import MissionState
 from companion.mission.commands import Command
 from companion.mission.cursor import Cursor
+from companion.mission.executor import MissionExecutor, Replaced
 from companion.mission.jumps import marked, target_of
-from companion.mission.plan import PlanItem, PlanKind
+from companion.mission.plan import PlanItem, PlanKind, Plans
+from companion.mission.tasks import Sail, SetSpeed, Stay
 from companion.mission.validation import check_item, check_plan
 
 
@@ -94,3 +97,58 @@ def test_a_mark_is_a_whole_number(tag: float) -> None:
 def test_the_place_of_a_mark() -> None:
     items = plan(WAYPOINT, item(Command.JUMP_TAG, 9), item(Command.DO_JUMP_TAG, 9, 1))
     assert marked(items, 9) == 1 and marked(items, 8) is None and target_of(items, items[2]) == 1
+
+
+def begun(*items: PlanItem) -> tuple[MissionExecutor, Plans]:
+    plans = Plans()
+    executor = MissionExecutor(plans)
+    plans.replace(PlanKind.MISSION, plan(*items))
+    assert executor.begin() is None
+    return executor, plans
+
+
+def route(executor: MissionExecutor) -> list[int]:
+    assert isinstance(executor.task, Sail)
+    return [point.seq for point in executor.task.route]
+
+
+def test_laps_go_on_where_a_point_is_added_behind_them() -> None:
+    laps = (WAYPOINT, WAYPOINT, item(Command.DO_JUMP, 0, 3), WAYPOINT)
+    executor, plans = begun(*laps)
+    for seq in (0, 1, 0, 1):
+        executor.complete(seq)
+    plans.replace(PlanKind.MISSION, plan(*laps, WAYPOINT))
+    assert executor.replaced is Replaced.CONTINUED
+    assert route(executor) == [0, 1, 0, 1, 3, 4]
+    plans.replace(PlanKind.MISSION, plan(*laps[:2], item(Command.DO_JUMP, 0, 1), WAYPOINT))  # another jump
+    assert route(executor) == [0, 1, 0, 1, 3]
+
+
+def test_the_present_item_goes_on_while_the_jumps_are_forgotten() -> None:
+    stay = replace(item(Command.NAV_LOITER_TIME, 60.0), x=WAYPOINT.x, y=WAYPOINT.y)
+    executor, _ = begun(WAYPOINT, item(Command.DO_JUMP, 0, 1), stay)
+    for seq in (0, 0, 2):
+        executor.complete(seq)
+    staying = executor.task
+    assert isinstance(staying, Stay)
+    assert executor.set_current(None) is None and executor.set_current(None, reset=True) is None
+    assert executor.task is staying
+
+
+def test_the_present_item_of_a_route_a_gate_and_a_mission_that_is_over() -> None:
+    slow = item(Command.DO_CHANGE_SPEED, 1.0, 0.5)
+    executor, _ = begun(WAYPOINT, item(Command.CONDITION_DELAY, 5.0), slow, WAYPOINT, item(Command.DO_JUMP, 0, 1))
+    for seq in (0, 3, 0):
+        executor.complete(seq)
+    assert executor.set_current(None, reset=True) is None
+    assert route(executor) == [3, 0, 3]
+    assert executor.gate is not None and executor.open_gate() == (SetSpeed(0.5),)
+    for seq in (3, 0, 3):
+        executor.complete(seq)
+    assert executor.progress.state is MissionState.COMPLETE
+    assert executor.set_current(None) is None
+    assert (executor.progress.state, executor.progress.seq) == (MissionState.NOT_STARTED, 4)
+
+
+def test_no_present_item_without_a_mission() -> None:
+    assert MissionExecutor(Plans()).set_current(None) == "no mission: upload one first"

@@ -117,6 +117,14 @@ def test_what_has_no_end_is_noted() -> None:
     assert any("time of day" in note for note in clock.notes)
 
 
+def test_where_the_boat_lands_the_notes_say_whether_it_docks() -> None:
+    """As the boat does it: it holds where it has no heading for the berth, or cannot dock."""
+    berth = replace(_at(20, 0, 21), param4=90.0)
+    assert summarise(_plan(berth), 0.5, HOME).notes == ("item 1 comes alongside: not counted",)
+    for landing, docks in ((berth, False), (_at(20, 0, 21), True)):
+        assert summarise(_plan(landing), 0.5, HOME, docks=docks).notes == ("item 1 holds there, and does not dock",)
+
+
 def test_many_laps_have_a_limit() -> None:
     summary = summarise(_plan(_at(20, 0), _at(0, 0), _do(177, 0, 1e6)), 0.5, HOME)
     assert len(summary.legs) == 100_000

@@ -84,3 +84,12 @@ def test_all_bad_lines_at_once() -> None:
 def test_other_files(text: str) -> None:
     with pytest.raises(PlanFileError, match="QGC WPL 110"):
         waypoints.read("a.waypoints", text)
+
+
+@pytest.mark.parametrize("target", ["nan", "inf", "-inf"])
+def test_a_jump_to_no_number_is_told_with_its_line(target: str) -> None:
+    home = "0\t1\t0\t16\t0\t0\t0\t0\t60\t22\t0\t1"
+    text = f"QGC WPL 110\n{home}\n1\t0\t2\t177\t{target}\t1\t0\t0\t0\t0\t0\t1\n"
+    with pytest.raises(PlanFileError) as caught:
+        waypoints.read("tour.waypoints", text)
+    assert caught.value.problems == [f"tour.waypoints:3: DO_JUMP to {target}; give the number of an item"]

@@ -109,6 +109,18 @@ def test_waypoint_with_a_hold_stays_that_long(boat: Boat) -> None:
     finish(boat)
 
 
+@pytest.mark.parametrize("hold_s", [0.0, 3.0])
+def test_a_heading_is_taken_up_before_the_mission_goes_on(boat: Boat, hold_s: float) -> None:
+    lat, lon = boat.point(10.0, 0.0)
+    heading = item(16, hold_s, 0.0, 0.0, 90.0, x=round(lat * 1e7), y=round(lon * 1e7), frame=3)
+    boat.upload((30.0, 0.0), commands={0: heading})
+    start(boat)
+    boat.until(lambda: boat.status.mission.seq == 1)
+    assert math.degrees(boat.nav.yaw_rad) == pytest.approx(90.0, abs=3.0)  # it turns back in the same tick
+    assert boat.away_m(10.0, 0.0) < 0.5
+    finish(boat)
+
+
 def test_delay(boat: Boat) -> None:
     boat.upload((10.0, 0.0), (10.0, 10.0), commands={1: item(93, 20.0, -1.0, -1.0, -1.0)})
     start(boat)

@@ -85,6 +85,12 @@ def test_of_several_packs_the_emptiest_counts_until_it_is_no_longer_heard() -> N
     assert last is not None and (last.source, last.remaining) == ("fore", 0.77)
 
 
+def test_a_pack_of_unknown_charge_does_not_hide_one_that_is_nearly_empty() -> None:
+    bench = Bench()
+    heard = [bench.hear(name, 12.0, left) for name, left in (("service", None), ("motor", 0.05), ("service", None))]
+    assert [battery.remaining for battery in heard if battery is not None] == [None, 0.05, 0.05]
+
+
 def test_a_pack_that_does_not_count_is_not_the_emptiest() -> None:
     bench = Bench()
     bench.hear("aft", 12.0, 0.1)

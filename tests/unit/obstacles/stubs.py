@@ -31,9 +31,10 @@ class NoShoals:
 
 @dataclass
 class Seen:
-    """Circles that lie, and what moves."""
+    """Circles that lie, and what moves. `passing`: circles of the latter, as they are seen now."""
 
     circles: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    passing: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     moving: list[Contact] = field(default_factory=list)
     on: bool = True
     shoals: NoShoals = field(default_factory=NoShoals)
@@ -42,7 +43,7 @@ class Seen:
         return self.circles
 
     def all_circles(self, now_s: float) -> Floats:
-        return self.circles
+        return np.concatenate((self.circles, self.passing))
 
     def movers(self, now_s: float) -> list[Contact]:
         return self.moving

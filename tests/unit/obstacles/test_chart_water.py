@@ -66,6 +66,18 @@ def test_points_and_lines_are_as_wide_as_they_are_said_to_be() -> None:
     assert chart.point_refusal(20.0, 45.6) is not None
 
 
+def test_along_a_quay_that_it_leaves_it_stops_before_the_next_one() -> None:
+    """Beside a quay, a course a little away from it led on without a limit, until the quay at its end was the nearest."""
+    chart = water(feature("quay", box(-50.0, -5.0, 40.0, 0.0)), feature("quay", box(40.0, -5.0, 45.0, 50.0)))
+    for beside_m in (1.2, 1.8, 3.0):  # it stops 1.9 m off
+        off_rad = math.radians(3.0)
+        way_m = chart.stop_m((0.0, beside_m), (math.cos(off_rad), math.sin(off_rad)))
+        assert way_m == pytest.approx(38.1 / math.cos(off_rad), abs=0.05), beside_m
+    assert chart.stop_m((0.0, 1.2), (math.cos(0.05), -math.sin(0.05))) == 0.0
+    assert math.isinf(chart.stop_m((0.0, 1.2), (0.0, 1.0)))
+    assert chart.stop_m((38.8, 1.2), (1.0, 0.0)) == 0.0, "into the corner"
+
+
 def test_depth_areas_count_by_the_depth_that_the_boat_needs() -> None:
     assert water(ISLAND, BANK, depth_m=1.0).point_refusal(70.0, 0.0) is None
     assert water(ISLAND, BANK, depth_m=1.5).point_refusal(70.0, 0.0) == "in a chart obstacle"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shapely.geometry import box
 
 from companion.config.vessel import find, load
 from companion.core.angles import wrap_pi
@@ -17,11 +18,13 @@ from companion.core.events import EventLog
 from companion.core.setpoint import PathSetpoint
 from companion.guidance.coasting import Coasting
 from companion.obstacles.braking import Braking
+from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.ways_out import Choices, WaysOut
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from tests.unit.estimates import AT_REST
+from tests.unit.obstacles.charted import FRAME, feature
 from tests.unit.obstacles.stubs import no_fence
 
 OTTER, JET = load(find("otter")), load(find("rescuerunner"))
@@ -146,6 +149,21 @@ def test_before_a_long_turn_in_a_stream_it_makes_room_for_it(turn_deg: float, ke
     """It turned, was set near what lies, backed, and turned again, all the while carried on."""
     asked = wamv_set_north(0.4, 0.7, PathSetpoint(0.7 + math.radians(turn_deg)), 6.6, drifts=True)
     assert (asked is not None) == keeps_off
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_it_keeps_off_a_chart_s_shore_on_the_side_where_that_lies(way: float) -> None:
+    """The shore was looked for as far away on the other side of the boat."""
+    wamv = load(find("wamv16"))
+    parameters = Parameters(wamv.parameters, table_of(wamv))
+    keeping = KeepingOff(wamv, parameters, no_fence(wamv, parameters), Braking(wamv, parameters), EventLog())
+    chart = ChartKeeper(wamv, parameters, lambda: FRAME)
+    chart.load([feature("quay", box(4.6, -30.0, 8.0, 30.0))])
+    water: Any = SimpleNamespace(circles=np.zeros((0, 3)), chart=chart.water)
+    nav = replace(AT_REST, north_mps=way * 0.5, surge_mps=way * 0.5, current_north_mps=way * 0.5, current_east_mps=0.1)
+    asked = keeping.update(PathSetpoint(2.5), [], water, nav, 1.0, 0.0, drifts=True)
+    assert (asked is not None) == (way > 0.0), "the quay lies to the north"
+    assert asked is None or math.cos(asked.yaw_rad) * asked.surge_mps < -0.4
 
 
 def wamv_set_north(

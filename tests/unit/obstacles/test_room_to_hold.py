@@ -133,6 +133,25 @@ def test_in_hold_a_boat_with_a_rudder_first_backs_out() -> None:
     assert mode.held_point == (-6.0, 0.0)
 
 
+def test_it_backs_no_longer_than_something_lies_there() -> None:
+    """What it backed out from had gone; from then on it went astern, without end, while anything moved in its view."""
+    bridge = Bridge((4.5, 0.0, 1.0), config=SKIFF)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    mode = Sailing(drifts=True, held_point=(0.0, 0.0))
+    assert isinstance(bridge.steer(PathSetpoint(0.0), mode), WrenchSetpoint)
+    bridge.seen.circles, bridge.seen.passing = np.zeros((0, 3)), np.array([(40.0, 0.0, 1.0)])
+    assert bridge.steer(PathSetpoint(0.0), mode) == PathSetpoint(0.0)
+
+
+@pytest.mark.parametrize(("off_m", "backs"), [(12.0, True), (3.0, False)])
+def test_it_does_not_back_onto_what_passes_astern(off_m: float, backs: bool) -> None:
+    bridge = Bridge((4.5, 0.0, 1.0), config=SKIFF)
+    bridge.parameters.set("DP_WATCH_R", CIRCLE_M)
+    bridge.seen.passing = np.array([(-off_m, 0.5, 1.0)])
+    out = bridge.steer(PathSetpoint(0.0), Sailing(drifts=True, held_point=(0.0, 0.0)))
+    assert isinstance(out, WrenchSetpoint) is backs
+
+
 def test_out_of_the_way_astern_a_boat_with_a_rudder_does_not_steer() -> None:
     """A launch of 7 m told to go astern pushed ahead for its rudder, half of the time, and touched a stone."""
     drift = {"surge_mps": 0.3, "north_mps": 0.3, "current_north_mps": 0.3, "current_east_mps": 0.0}

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
+from typing import Any
 
+import pytest
+
+from companion.record import retention
 from companion.record.retention import Retention, size_bytes, trim
+from tests.forbidden import forbid
+from tests.waiting import wait_until
 
 
 def log(directory: Path, name: str, begun_s: float, size: int = 1000, ended_s: float | None = None) -> Path:
@@ -58,9 +65,32 @@ def test_no_directory_no_work(tmp_path: Path) -> None:
     assert trim(tmp_path / "none", 10, tmp_path) == ([], 0)
 
 
+def test_a_folder_that_cannot_be_read_is_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old, present = log(tmp_path, "old", 100.0), log(tmp_path, "present", 200.0)
+    (tmp_path / "lost+found").mkdir()
+    forbid(tmp_path / "lost+found", monkeypatch)
+    assert trim(tmp_path, 10, present)[0] == [old]
+
+
+def test_it_outlives_a_medium_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old, present = log(tmp_path, "old", 50.0), log(tmp_path, "present", 100.0)
+    faults = [OSError(errno.EIO, os.strerror(errno.EIO))]
+
+    def trim_later(*arguments: Any) -> Any:
+        if faults:
+            raise faults.pop()
+        return trim(*arguments)
+
+    monkeypatch.setattr(retention, "trim", trim_later)
+    monkeypatch.setattr(retention, "_PERIOD_S", 0.01)
+    kept = Retention(tmp_path, 10, present, lambda text: None)
+    wait_until(lambda: not old.exists(), "the medium is well again")
+    kept.close()
+
+
 def test_a_run_that_alone_is_too_large_is_told_once(tmp_path: Path) -> None:
     present = log(tmp_path, "present", 0.0, 5000)
     warnings: list[str] = []
-    retention = Retention(tmp_path, 100, present, warnings.append)
-    retention.close()
+    kept = Retention(tmp_path, 100, present, warnings.append)
+    kept.close()
     assert len(warnings) == 1 and "more than their limit" in warnings[0]

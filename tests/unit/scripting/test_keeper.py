@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -203,6 +204,39 @@ def test_what_it_does_not_read_holds_nobody_up(tmp_path: Path) -> None:
         endpoint.flush(0.0)
     assert max(map(len, kept.texts)) < 120 and sum("xxx" in text for text in kept.texts) < 20
     kept.close()
+
+
+def test_its_words_can_always_be_logged(tmp_path: Path) -> None:
+    """Python has the name of a file that is no UTF-8 with code points that no encoding takes."""
+    name = "os.fsdecode(b'\\xc5lesund.jpg')"
+    kept = Kept(
+        tmp_path / "s", f"import os\ndef main(boat):\n    boat.say({name})\n    raise KeyError(os.fsdecode(b'\\xc5'))\n"
+    )
+    kept.until("bad: ?lesund.jpg")
+    kept.until("failed: line 4: KeyError")
+    kept.close()
+    assert all(text.encode() for text in (*kept.texts, kept.script.keeping.fault or ""))
+
+
+def test_what_is_no_word_of_the_interface_is_left_out(tmp_path: Path) -> None:
+    text = "import os\ndef main(boat):\n    [write(fd) for fd in range(3, 200)]\n    boat.say('still here')\n"
+    write = "def write(fd):\n    try:\n        os.write(fd, b'[' * 60000 + b'\\n')\n    except OSError:\n        pass\n"
+    kept = Kept(tmp_path / "s", text + write)
+    kept.until("bad: still here")
+    kept.close()
+
+
+def test_a_script_for_which_no_descriptor_is_left_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(flags: int) -> tuple[int, int]:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    settings = Settings(str(tmp_path / "script.py"), (), 231, str(tmp_path / "feed.sock"), str(tmp_path), 0, -1)
+    script = KeptScript("late", Keeping("late", "failure", 0.0, 1.0), settings)
+    keeper = ScriptKeeper([], lambda *said: None, lambda: True)
+    monkeypatch.setattr(os, "pipe2", refused)
+    keeper.look_after(script)
+    keeper.close()
+    assert script.keeping.fault == "not started: Too many open files" and not script.keeping.over
 
 
 def test_settings_go_over_a_command_line() -> None:

@@ -197,3 +197,6 @@ def test_a_lead_boat_lies_ahead_until_its_time(tmp_path: Path) -> None:
     assert parse_leader("thesis", 0.0).depart_s == 30.0
     with pytest.raises(ConfigError, match="SCRIPT@MPS"):
         parse_leader("thesis@8.2+soon", 0.0)
+    for never in ("nan", "inf", "-5"):
+        with pytest.raises(ConfigError, match="SECONDS"):
+            parse_leader(f"thesis@8.2+{never}", 0.0)

@@ -62,6 +62,15 @@ def test_where_they_are_stronger_each_wave_brings_the_boat_back(tmp_path: Path) 
     assert list(hovering.values()) == [True, False], "it touches at times, and lies off in the mean"
 
 
+@pytest.mark.parametrize(("until_s", "good"), [(95.0, True), (70.0, False)])
+def test_a_boat_that_drifts_off_after_it_has_docked_is_no_more_alongside(
+    tmp_path: Path, until_s: float, good: bool
+) -> None:
+    judged(tmp_path, 0.0, lambda t_s: -0.001 if t_s <= until_s else 0.04)
+    _, checks = docking.measure(tmp_path, ASKED, {})
+    assert {check.name: check.ok for check in checks}["from docked to the last contact"] == good
+
+
 def test_speeds_at_contact_are_told_with_and_without_the_waves(tmp_path: Path) -> None:
     judged(tmp_path, 0.02, wave_m)
     metrics, _ = docking.measure(tmp_path, ASKED, {})

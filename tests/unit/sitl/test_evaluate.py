@@ -142,6 +142,13 @@ def test_a_truth_that_was_cut_off_is_judged_as_far_as_it_goes(
     assert capsys.readouterr().out == whole
 
 
+def test_a_point_without_numbers_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write(tmp_path / "a", track(70.0, along))
+    for point in ("nan,5", "5,inf", "5"):
+        assert main(["evaluate", "hold", "blueboat", f"ours={run}", "--point", point]) == 2
+        assert f"--point {point}: write NORTH_M,EAST_M" in capsys.readouterr().err
+
+
 def test_two_runs_of_one_label_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = write(tmp_path / "a", track(70.0, along))
     assert main(["evaluate", "hold", "blueboat", f"ours={run}", f"ours={run}"]) == 2

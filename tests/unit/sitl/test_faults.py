@@ -56,6 +56,15 @@ def test_a_fault_badly_written_says_how(text: str) -> None:
         parse(text, VESSEL)
 
 
+@pytest.mark.parametrize(
+    ("text", "limits"),
+    [("gnss_dropped=30@3", "0 to 1"), ("gnss_late=-1@3", "0 to 10 s"), ("gnss_late=60@3", "0 to 10 s")],
+)
+def test_a_size_that_means_nothing_is_refused(text: str, limits: str) -> None:
+    with pytest.raises(ConfigError, match=f"fault '{text}': the size must be {limits}$"):
+        parse(text, VESSEL)
+
+
 def test_an_unknown_fault_names_the_known_ones() -> None:
     with pytest.raises(ConfigError, match=r"no fault named 'kraken'; known: .*gnss_lost.*thruster_stern_port_dead"):
         parse("kraken@10", VESSEL)

@@ -63,6 +63,17 @@ def test_the_wind_is_weaker_near_the_water() -> None:
     assert 4.0 < world.wind.mean_mps < 7.5
 
 
+@pytest.mark.parametrize("name", SPECTRA)
+@pytest.mark.parametrize(("wind_mps", "height_m"), [(3.0, 0.135), (12.0, 0.135), (13.9, 0.135), (12.0, 2.0)])
+def test_the_wind_at_ten_metres_makes_that_at_the_boat(name: str, wind_mps: float, height_m: float) -> None:
+    assert at_height(name, at_ten_metres(name, wind_mps, height_m), height_m) == pytest.approx(wind_mps)
+
+
+def test_a_wind_that_no_profile_makes_at_the_boat_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"wind of 15 m/s at the boat, 0\.14 m .* 14\.1 m/s .* at most; ask for less"):
+        at_ten_metres("npd", 15.0, 0.135)
+
+
 def with_centre(centre: tuple[float, float] | None) -> VesselConfig:
     sitl = REVOLT.sitl
     assert sitl is not None

@@ -52,6 +52,11 @@ def test_late_values_are_those_of_then() -> None:
     assert sent(troubled("gnss_late:imu=0.3@0"))[50][1] == sample(2.5)  # another device
 
 
+def test_values_can_be_late_by_seconds() -> None:
+    ages_s = [t_s - solution.north_mps for t_s, solution in sent(troubled("gnss_late=5@0"), 400)[101:]]
+    assert ages_s == pytest.approx([5.0] * 299)
+
+
 def test_a_share_is_left_out() -> None:
     assert len(sent(troubled("gnss_dropped=0.3@0"), 4000)) == pytest.approx(2800, abs=100)
 
@@ -72,3 +77,13 @@ def test_multipath_has_its_size_and_comes_and_goes() -> None:
     assert math.sqrt(statistics.fmean(north * north for north in norths)) == pytest.approx(0.5, abs=0.2)
     steps = [abs(b - a) for a, b in itertools.pairwise(norths)]
     assert max(steps) < 0.2
+
+
+def test_multipath_takes_as_long_where_solutions_are_left_out() -> None:
+    lag, values = 200, {}
+    for t_s, solution in sent(troubled("gnss_multipath=0.5@0", "gnss_dropped=0.7@0"), 200_000):
+        assert solution.position is not None
+        values[round(t_s / DT_S)] = FRAME.to_ned(*solution.position[:2])[0] - t_s
+    pairs = [(value, values[k + lag]) for k, value in values.items() if k + lag in values]
+    alike = sum(a * b for a, b in pairs) / sum(a * a for a, _ in pairs)
+    assert alike == pytest.approx(math.exp(-lag * DT_S / 20.0), abs=0.12)

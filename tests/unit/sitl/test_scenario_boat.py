@@ -52,6 +52,38 @@ def test_a_boat_that_lacks_something_is_told_what_to_do(name: str, vessel: str, 
         run(SCENARIOS[name], no_rig, tmp_path, vessel=vessel)
 
 
+@pytest.mark.parametrize(
+    ("name", "key", "text", "remedy"),
+    [
+        ("hold", "time", "nan", "not a number"),
+        ("hold", "time", "inf", "not a number"),
+        ("hold", "time", "long", "not a number"),
+        ("hold", "time", "-5", "must be above 0"),
+        ("hold", "time", "0", "must be above 0"),
+        ("hold", "time", "", "must be above 0"),
+        ("gnss_dropout", "pause", "-1", "must be at least 0"),
+        ("sail_triangle", "hold", "20", "must be above 30, the time before Hold is judged"),
+        ("obstacles", "speed", "fast", "not a number"),
+        ("obstacles", "count", "2.5", "write a whole number, at least 0"),
+        ("survey", "transects", "0", "write a whole number, at least 1"),
+        ("hold", "model_error", "nan", "not a number"),
+        ("hold", "model_error", "-1", "a share above -1, as -0.3 or 0.3"),
+    ],
+)
+def test_a_setting_of_which_nothing_would_be_judged_is_refused(
+    name: str, key: str, text: str, remedy: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ScenarioError, match=f"{key}={text}: {remedy}"):
+        run(SCENARIOS[name], no_rig, tmp_path, changes={key: text})
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_scenario_s_own_settings_are_taken(name: str, tmp_path: Path) -> None:
+    for vessel in ("", *SCENARIOS[name].by_vessel):
+        with pytest.raises(AssertionError, match="must not start"):
+            run(SCENARIOS[name], no_rig, tmp_path, vessel=vessel or None)
+
+
 def test_the_remedies_help(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="must not start"):
         run(SCENARIOS["identify"], no_rig, tmp_path, vessel="wamv16", changes={"hull": "as_modelled"})

@@ -6,10 +6,11 @@ import math
 import statistics
 from dataclasses import replace
 from itertools import pairwise
+from typing import get_args
 
 import pytest
 
-from companion.config.vessel import ConfigError, find, load
+from companion.config.vessel import ConfigError, GnssGrade, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
@@ -45,6 +46,10 @@ def test_unknown_grade_names_the_known_ones() -> None:
         grade("cold")
 
 
+def test_a_file_can_ask_for_every_grade() -> None:
+    assert set(get_args(GnssGrade)) == set(GRADES)
+
+
 def test_position_is_the_antennas() -> None:
     model = GnssModel(replace(GNSS, x_m=-0.81, y_m=0.3), HOME, "rtk", 0.05, 1)
     hull = placed(math.pi / 2)
@@ -61,6 +66,15 @@ def test_roll_swings_the_antenna() -> None:
     model = GnssModel(replace(GNSS, x_m=0.0, z_m=-2.0), HOME, "rtk", 0.05, 1)
     easts = [FRAME.to_ned(*(model.sample(placed(), waves, NONE).position or (0.0, 0.0))[:2])[1] for _ in range(20_000)]
     assert statistics.fmean(easts) == pytest.approx(-20.0 + 2.0 * math.sin(math.radians(10.0)), abs=0.01)
+
+
+def test_heave_lifts_the_antenna_once() -> None:
+    model, waves = GnssModel(GNSS, HOME, "basin", 0.05, 1), calm()
+    flat = model.sample(placed(), waves, NONE).position
+    waves.heave_m = -0.4  # the hull's way down
+    lifted = model.sample(placed(), waves, NONE).position
+    assert flat is not None and lifted is not None
+    assert lifted[2] - flat[2] == pytest.approx(0.4, abs=0.02)
 
 
 def test_velocity_is_the_antennas() -> None:

@@ -145,3 +145,12 @@ def test_a_plant_with_losses_is_slower_in_waves() -> None:
             world.advance(0.1 * k)
         ways.append(world.truth.north_m)
     assert 0.5 * ways[0] < ways[1] < 0.98 * ways[0]
+
+
+def test_an_empty_battery_takes_nothing_of_a_sail_its_keel_and_its_rudder() -> None:
+    world = World(load(find("sailbot")), WorldConditions(seed=1, wind="6@90", water="rough", waves="0"))
+    world.advance(20.0)
+    losses = ThrusterLosses(LossConfig(deduction=0.05), (world.thrusters[0].config,), ((0.0, 0.0),))
+    whole = world.thrusters[0].wrench()
+    assert abs(whole[1]) > 0.5
+    assert losses.wrench(world.thrusters, (0.9, 0.1, 0.0), None, 11.2) == pytest.approx(whole)

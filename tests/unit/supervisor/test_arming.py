@@ -166,3 +166,36 @@ def test_a_failed_thruster_is_a_reason_against_arming(boat: Boat) -> None:
     boat.supervisor.thruster_failed(2, False)
     boat.step()
     assert boat.status.arming_refusals == ()
+
+
+def test_each_arming_and_disarming_is_said(boat: Boat) -> None:
+    for _ in range(2):
+        assert boat.supervisor.arm(boat.now_s).accepted
+        boat.step()
+        assert boat.supervisor.disarm(boat.now_s).accepted
+        boat.step()
+    assert [name for name in boat.names() if name in ("armed", "disarmed")] == ["armed", "disarmed"] * 2
+
+
+def test_home_moves_here_before_the_mode_begins(make_boat: Callable[..., Boat]) -> None:
+    """A boat that was left in RTL and put into the water elsewhere sailed off to its old home."""
+    boat = make_boat(HOME_ON_ARM=1)
+    assert boat.supervisor.request_mode(ModeId.RTL, boat.now_s).accepted
+    lat_deg, lon_deg = boat.point(100.0, 0.0)
+    boat.nav = replace(boat.nav, north_m=100.0, lat_deg=lat_deg, lon_deg=lon_deg)
+    boat.step()
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step(60.0)
+    assert boat.status.mode is ModeId.RTL and boat.away_m(100.0, 0.0) < 1.0
+
+
+def test_home_stays_where_the_mode_cannot_begin(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(HOME_ON_ARM=1)
+    before = boat.status.home
+    boat.helm.modes[ModeId.MANUAL].enter = lambda inputs: "not now"
+    lat_deg, lon_deg = boat.point(100.0, 0.0)
+    boat.nav = replace(boat.nav, north_m=100.0, lat_deg=lat_deg, lon_deg=lon_deg)
+    boat.step()
+    assert not boat.supervisor.arm(boat.now_s).accepted
+    boat.step()
+    assert boat.status.home == before and not boat.status.armed

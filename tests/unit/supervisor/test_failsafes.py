@@ -146,6 +146,17 @@ def test_a_boat_on_its_way_home_is_not_stopped_by_hold(boat: Boat) -> None:
     assert boat.status.mode is ModeId.RTL and "station_lost" in boat.status.failsafes
 
 
+def test_shallow_water_stops_a_boat_on_its_way_home(boat: Boat) -> None:
+    """It sailed on over 0.3 m of water, and said "Shallow: 0.3 m of water: RTL"."""
+    boat.parameters.set("FS_DEPTH_MIN", 1.0)
+    sail(boat)
+    boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
+    boat.step(1.0)
+    boat.depth_m = 0.3
+    boat.step(1.5)
+    assert boat.status.mode is ModeId.HOLD and boat.texts()[-1] == "Shallow: 0.3 m of water: Hold"
+
+
 def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
     boat.sticks = (0.0, 0.0, 0.0)
     boat.supervisor.arm(boat.now_s)
@@ -220,6 +231,61 @@ def test_battery_near_the_threshold_does_not_chatter(boat: Boat) -> None:
         boat.battery = 0.115 if i % 2 else 0.125
         boat.step()
     assert boat.names().count("battery_critical") == 1 and "battery_critical_over" not in boat.names()
+
+
+def test_a_battery_that_passed_the_check_is_critical_once_it_falls_again(boat: Boat) -> None:
+    """It was critical while the boat lay disarmed, and lasted by its hysteresis: nothing was said or done to the end."""
+    boat.battery = 0.11
+    boat.step()
+    boat.battery = 0.13
+    boat.step()
+    assert "battery_critical" in boat.status.failsafes
+    sail(boat)
+    assert "battery_critical" not in boat.status.failsafes
+    boat.battery = 0.11
+    boat.step()
+    assert boat.status.mode is ModeId.RTL and boat.texts()[-1] == "Battery critical, 11 % left: RTL"
+
+
+def test_what_begins_again_soon_is_said_again(boat: Boat) -> None:
+    sail(boat)
+    for valid in (False, True, False):
+        position(boat, valid)
+        boat.step(1.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.texts()[-1] == "Position lost: neutral"
+    position(boat, True)
+    boat.step(1.0)
+    assert boat.texts()[-1] == "Position is back"
+
+
+def test_a_mode_without_thrust_is_said_to_have_none(make_boat: Callable[..., Boat]) -> None:
+    boat = sail(make_boat(NAV_DLL_ACT=FailsafeAction.NEUTRAL))
+    boat.station = False
+    boat.step(12.0)
+    boat.wet = True
+    boat.step()
+    assert boat.status.mode is ModeId.RTL and isinstance(boat.setpoint, NeutralSetpoint)
+    assert boat.texts()[-1] == "Water in the hull: RTL, no thrust yet"
+    boat.station = True
+    boat.step()
+    assert boat.status.mode is ModeId.RTL and not isinstance(boat.setpoint, NeutralSetpoint)
+
+
+def test_a_battery_whose_voltage_rises_at_rest_starts_no_propellers(make_boat: Callable[..., Boat]) -> None:
+    """Judged by voltage it rose over the threshold whenever the thrusters stood: they started every six seconds."""
+    boat = sail(make_boat(COM_LOW_BAT_ACT=FailsafeAction.NEUTRAL))
+    for _ in range(50):
+        boat.battery = 0.3 if isinstance(boat.setpoint, NeutralSetpoint) else 0.1
+        boat.step(0.5)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.names().count("battery_critical") == 1
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    for left in (0.3, 0.1):
+        boat.battery = left
+        boat.step()
+    assert boat.status.mode is ModeId.HOLD and not isinstance(boat.setpoint, NeutralSetpoint), "the operator's word"
+    boat.battery = 0.5
+    boat.step()
+    assert "battery_critical" not in boat.status.failsafes, "charged, or another battery"
 
 
 def test_the_more_severe_one_wins(boat: Boat) -> None:

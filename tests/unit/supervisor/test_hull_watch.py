@@ -24,7 +24,8 @@ DT_S = 0.1
 
 class Bench:
     def __init__(self, **parameters: float) -> None:
-        self.watch = HullWatch(REVOLT, Parameters(parameters))
+        self.parameters = Parameters(parameters)
+        self.watch = HullWatch(REVOLT, self.parameters)
         self.t_s = 0.0
 
     def sail(
@@ -156,6 +157,20 @@ def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
     assert bench.sail(1.0, depth_m=1.1).depth_m == 1.1
     assert bench.sail(0.1, depth_m=1.3).depth_m is None
     assert Bench().sail(5.0, depth_m=0.0).depth_m is None, "0: never"
+
+
+def test_a_sounder_that_finds_no_bottom_does_not_say_that_it_is_deep_enough() -> None:
+    bench = Bench(FS_DEPTH_MIN=1.0)
+    assert bench.sail(2.0, depth_m=0.8).depth_m == 0.8
+    assert bench.sail(20.0).depth_m == 0.8
+    assert bench.sail(0.1, depth_m=1.3).depth_m is None
+    silent = Depth(bench.t_s, "sounder", 0.5)
+    for _ in range(100):
+        bench.t_s += DT_S
+        bench.watch.update(AT_REST, silent, 0.0, 0.0, bench.t_s)
+    assert bench.watch.depth_m == 0.5
+    bench.parameters.set("FS_DEPTH_MIN", 0.0)
+    assert bench.sail(0.1).depth_m is None
 
 
 def test_a_capsized_boat_has_no_thrust_and_goes_on_when_it_is_upright(boat: Boat) -> None:

@@ -116,3 +116,37 @@ def test_what_was_short_by_an_operators_mistake_is_not_once_that_is_mended(wrong
     speed[0] = SPEED_MPS
     made.update(away(400.0), battery, HOME, False, 10.0)
     assert made.need == pytest.approx(CRITICAL + 0.111, abs=1e-3) and not made.short
+
+
+@pytest.mark.parametrize("lost", ["position", "charge"])
+def test_what_is_short_stays_so_while_position_or_charge_is_lost(lost: str) -> None:
+    made, half = watch(), 0.5 * ENDURANCE_MIN * 60.0 * SPEED_MPS
+    short, full = (Battery(0.0, "pack", 12.0, None, left) for left in (0.5, 0.9))
+    made.update(away(half), short, HOME, True, 0.0)
+    assert made.short
+    unknown = replace(short, remaining=None) if lost == "charge" else short
+    made.update(away(half, position_valid=lost != "position"), unknown, HOME, True, 10.0)
+    assert made.short and made.need == pytest.approx(CRITICAL + 0.5, abs=1e-3)
+    made.update(away(half), short, HOME, True, 20.0)
+    assert made.short
+    made.update(away(half), full, HOME, True, 30.0)
+    assert not made.short, "charged"
+
+
+def test_a_dropout_of_the_position_gives_no_all_clear_and_leaves_the_operators_word(boat: Boat) -> None:
+    boat.parameters.set("BAT_ENDURANCE", 10.0)
+    boat.battery = 0.9
+    boat.upload((400.0, 0.0))
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step(5.0)
+    boat.nav = replace(boat.nav, north_m=100.0, lat_deg=boat.point(100.0, 0.0)[0])
+    boat.battery = 0.47
+    boat.step(3.0)
+    assert boat.status.mode is ModeId.RTL
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    for valid in (False, True):
+        boat.nav = replace(boat.nav, position_valid=valid)
+        boat.step(5.0)
+    assert boat.status.mode is ModeId.MISSION
+    assert boat.names().count("battery_return") == 1 and "battery_return_over" not in boat.names()

@@ -78,6 +78,24 @@ def test_the_transmitters_switch_acts_when_it_is_moved(make_boat: Callable[..., 
     )
 
 
+@pytest.mark.parametrize("keeps_reading", [False, True])
+def test_a_switch_that_was_moved_while_the_transmitter_was_silent_does_nothing(
+    make_boat: Callable[..., Boat], keeps_reading: bool
+) -> None:
+    boat = make_boat(MAN_RC_LOWER_CH=6)
+    boat.rc = rc(-1.0)
+    boat.step(1.0)
+    boat.rc, boat.rc_silent_s = (boat.rc, boat.now_s) if keeps_reading else (None, None)
+    boat.step(2.0)
+    boat.rc, boat.rc_silent_s = rc(1.0), None
+    boat.step(1.0)
+    assert boat.supervisor.retraction.lower is None
+    for switch in (-1.0, 1.0):
+        boat.rc = rc(switch)
+        boat.step()
+    assert boat.supervisor.retraction.lower is True
+
+
 def test_what_a_mode_lacks_is_said_once(boat: Boat) -> None:
     boat.supervisor.retraction.see(BOW, boat.now_s)
     assert "thruster_up" not in boat.names(), "not while disarmed"

@@ -230,6 +230,105 @@ def test_transmitter_lost_with_its_switch_on_stops_the_boat_until_an_operator_ta
     assert boat.status.mode is ModeId.MANUAL
 
 
+def test_a_switch_that_was_overruled_counts_no_more_until_its_transmitter_is_heard_again(boat: Boat) -> None:
+    """The loop keeps the newest reading of the transmitter, however old: the switch came on again by it, and no
+    failsafe took the boat home."""
+    boat.rc = SWITCH_OFF
+    armed(boat, ModeId.HOLD)
+    boat.rc = SWITCH_ON
+    boat.step()
+    boat.rc_silent_s = boat.now_s
+    boat.step(2.0)
+    assert "transmitter_lost" in boat.status.failsafes
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step(2.0)
+    boat.wet = True
+    boat.step()
+    assert boat.status.mode is ModeId.RTL and boat.texts()[-1] == "Water in the hull: RTL"
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint), "the ground station steers"
+    boat.rc_silent_s = None
+    boat.step()
+    assert boat.supervisor.parts.sticks.safe_switch
+
+
+def test_a_silent_switch_is_off_once_it_has_no_channel() -> None:
+    parameters = Parameters()
+    sticks, on = Sticks(parameters), RcInput(1.0, "rc", SWITCH_ON, lost=False)
+    sticks.update(on, 1.0)
+    assert sticks.safe_switch
+    parameters.set("MAN_RC_SAFE_CH", 0)
+    sticks.update(on, 20.0)
+    assert not sticks.safe_switch
+
+
+def takes_over_off_centre(boat: Boat) -> None:
+    """Sticks that point ahead do nothing until they were centred, which is announced."""
+    boat.step()
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.names()[-1] == "sticks_off_centre"
+    boat.step(2.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.failsafes == ()
+
+
+def test_a_station_that_steers_again_after_the_safe_switch_must_centre_its_sticks(boat: Boat) -> None:
+    boat.rc, boat.sticks = SWITCH_ON, (0.0, 0.0, 0.0)
+    boat.step()
+    assert boat.supervisor.arm(boat.now_s, force=True).accepted
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint) and boat.setpoint.thrusters[0].force_n == 0.0
+    boat.rc = SWITCH_OFF
+    takes_over_off_centre(boat)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint) and boat.setpoint.thrusters[0].force_n > 5.0
+
+
+def test_a_transmitter_that_steers_when_the_station_falls_silent_must_be_centred(boat: Boat) -> None:
+    boat.rc, boat.sticks = SWITCH_OFF, (0.0, 0.0, 0.0)
+    boat.step()
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.rc = (0.0, 1.0, -1.0, 0.0, -1.0)
+    boat.step()
+    boat.sticks = None
+    boat.step(0.5)
+    takes_over_off_centre(boat)
+
+
+def test_a_joystick_that_joins_must_be_centred_and_one_that_comes_back_need_not(boat: Boat) -> None:
+    boat.rc = SWITCH_OFF
+    boat.step()
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step()
+    boat.sticks = (1.0, 0.0, 0.0)
+    takes_over_off_centre(boat)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.rc = None
+    boat.step(1.0)
+    boat.sticks = None
+    boat.step(0.3)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint)
+
+
+def test_another_station_must_centre_its_sticks() -> None:
+    sticks = Sticks(Parameters())
+    taken_over = []
+    for t_s, system, surge in ((1.0, 255, 0.0), (1.1, 255, 1.0), (2.0, 254, 1.0), (2.1, 254, 0.0), (2.2, 254, 1.0)):
+        sticks.ground_station_input(ManualInput(t_s, f"mavlink:{system}", surge, 0.0, 0.0))
+        taken_over.append(sticks.update(None, t_s))
+        assert (sticks.obeyed(t_s) is None) == (t_s == 2.0)
+    assert taken_over == [False, False, True, False, False]
+
+
 def test_switch_has_hysteresis_and_can_be_left_out() -> None:
     parameters = Parameters()
     sticks = Sticks(parameters)

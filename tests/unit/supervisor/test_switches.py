@@ -318,6 +318,17 @@ def test_a_channel_with_two_tasks_is_announced(make_boat: Callable[..., Boat]) -
     assert "Channel 2 twice: RC_MAP_ARM_SW, RC_MAP_PITCH" in boat.texts()
 
 
+@pytest.mark.parametrize("by_throttle", [False, True])
+def test_a_stick_on_a_channel_that_is_not_there_is_announced(make_boat: Callable[..., Boat], by_throttle: bool) -> None:
+    """Neither the other sticks nor the safe switch count then."""
+    boat = make_boat(RC_MAP_YAW=9, RC_MAP_THROTTLE=10, MAN_AXIS_SURGE=int(by_throttle))
+    boat.rc = (0.0,) * 8
+    boat.step()
+    throttle = ["Transmitter has no channel 10: RC_MAP_THROTTLE"] if by_throttle else []
+    said = [text for text in boat.texts() if text.startswith("Transmitter")]
+    assert sorted(said) == [*throttle, "Transmitter has no channel 9: RC_MAP_YAW"]
+
+
 def test_sticks_by_the_map(make_boat: Callable[..., Boat]) -> None:
     boat: Any = make_boat(MAN_RC_SAFE_CH=0, RC_MAP_ROLL=0, RC_MAP_PITCH=6, RC_MAP_YAW=1)
     boat.rc = (0.4, 0.9, 0.9, 0.9, 0.9, 0.2)

@@ -210,17 +210,13 @@ class VesselCommands:
     def _set_mission_current(self, request: CommandRequest) -> Outcome | Answer:
         """Make an item of the mission the current one.
 
-        param1: Sequence number of the item; −1: the present one.
+        param1: Sequence number of the item; −1: the present one goes on.
         param2: 1 forgets the jumps taken.
         """
         seq, reset = request.whole(1), request.whole_or(2, 0)
         if seq is None or seq < -1 or reset not in (0, 1):
             return denied("no such item")
-        if seq == -1:
-            own_seq = self._supervisor.status(request.now_s).mission.seq
-        else:
-            own_seq = self._item(seq, request.peer)
-        return self._make_current(own_seq, bool(reset), request)
+        return self._make_current(None if seq == -1 else self._item(seq, request.peer), bool(reset), request)
 
     def _jump_to_tag(self, request: CommandRequest) -> Outcome | Answer:
         """Make the mark (JUMP_TAG) of the mission with this number the current item.
@@ -234,7 +230,7 @@ class VesselCommands:
             return denied(f"no JUMP_TAG {request.params[0]:g} in the mission")
         return self._make_current(seq, False, request)
 
-    def _make_current(self, seq: int, reset: bool, request: CommandRequest) -> Outcome | Answer:
+    def _make_current(self, seq: int | None, reset: bool, request: CommandRequest) -> Outcome | Answer:
         outcome = self._supervisor.set_current(seq, reset, request.now_s)
         if not outcome.accepted:
             return outcome

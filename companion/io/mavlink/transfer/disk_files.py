@@ -3,6 +3,7 @@ not."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import stat
@@ -150,17 +151,18 @@ class LogStore:
     def _runs(self, most: int) -> list[Run]:
         found = []
         for folder in self._entries(()) or ():
-            begun = self._directory / folder.name / _MARK
-            sizes = {entry.name: entry.size for entry in self._entries((folder.name,)) or () if entry.size}
+            sizes = {entry.name: entry.size for entry in self._files_of(folder.name) if entry.size}
             name = next((name for name in LOG_FILES if name in sizes), None)
             if name is not None and _MARK in sizes:
-                found.append(Run((folder.name, name), sizes[name] or 0, int(begun.stat().st_mtime)))
+                with contextlib.suppress(OSError):  # deleted meanwhile
+                    begun_s = int((self._directory / folder.name / _MARK).stat().st_mtime)
+                    found.append(Run((folder.name, name), sizes[name] or 0, begun_s))
         return sorted(found, key=lambda run: (run.begun_unix_s, run.path))[-most:]
 
     def _erase(self) -> tuple[int, int]:
         count = size = 0
         for folder in self._entries(()) or ():
-            files = self._entries((folder.name,)) or ()
+            files = self._files_of(folder.name)
             if self._is_of_this_run(folder.name) or _MARK not in {entry.name for entry in files}:
                 continue
             path = self._directory / folder.name
@@ -169,6 +171,13 @@ class LogStore:
                 count += 1
                 size += sum(entry.size or 0 for entry in files)
         return count, size
+
+    def _files_of(self, folder: str) -> Sequence[Entry]:
+        """The files of a folder; none of one that is not ours to read, as lost+found, or is deleted meanwhile."""
+        try:
+            return self._entries((folder,)) or ()
+        except OSError:
+            return ()
 
     def _is_of_this_run(self, name: str) -> bool:
         return self._running is not None and is_of_run(name, self._running)

@@ -22,20 +22,12 @@ from companion.io.mavlink.wire.link_base import (
 from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.slots import IDLE_S, MAX_PEERS, Slot, to_leave
 from companion.io.mavlink.wire.spare import NO_DESCRIPTORS, SpareDescriptor
+from companion.io.transport.tcp_loss import notice_loss
 
 _LEAST_SHARE = 1024  # bytes read from each client in one call, at least
 _WAIT_S = 3.0  # for the first message of a client that has no slot
 _MOST_USELESS_BYTES = 100_000  # from a client that does not speak MAVLink
 _SEND_BUFFER = 1 << 18
-_TCP_OPTIONS = (  # detect a client whose network is gone within about 15 s, where the operating system can
-    ("IPPROTO_TCP", "TCP_NODELAY", 1),
-    ("SOL_SOCKET", "SO_SNDBUF", _SEND_BUFFER),
-    ("SOL_SOCKET", "SO_KEEPALIVE", 1),
-    ("IPPROTO_TCP", "TCP_KEEPIDLE", 5),
-    ("IPPROTO_TCP", "TCP_KEEPINTVL", 5),
-    ("IPPROTO_TCP", "TCP_KEEPCNT", 2),
-    ("IPPROTO_TCP", "TCP_USER_TIMEOUT", round(PEER_TIMEOUT_S * 1000)),
-)
 
 
 @dataclass(slots=True)
@@ -135,10 +127,10 @@ class TcpServerLink:
                 self._refuse(address[0])
                 continue
             accepted.setblocking(False)
-            for level, option, value in _TCP_OPTIONS:
-                if hasattr(socket, option):
-                    with contextlib.suppress(OSError):
-                        accepted.setsockopt(getattr(socket, level), getattr(socket, option), value)
+            with contextlib.suppress(OSError):
+                accepted.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                accepted.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+            notice_loss(accepted)
             endpoint = self._endpoint(accepted, f"{self.name} {address[0]}:{address[1]}")
             self._clients.append(_Client(accepted, address[0], endpoint, waits_s))
 

@@ -51,8 +51,11 @@ def test_sectors_that_begin_nowhere_are_ignored(first_deg: float) -> None:
     assert ranges_of(sectors(first_deg=first_deg), "lidar", 0.0) is None
 
 
-def one(orientation: int, cm: int, fov_rad: float = 0.1) -> Any:
-    return mavlink.MAVLink_distance_sensor_message(0, 20, 3000, cm, 0, 1, orientation, 255, fov_rad)
+def one(orientation: int, cm: int, fov_rad: float = 0.1, quality: int = 0) -> Any:
+    upright = (1.0, 0.0, 0.0, 0.0)
+    return mavlink.MAVLink_distance_sensor_message(
+        0, 20, 3000, cm, 0, 1, orientation, 255, fov_rad, 0, upright, quality
+    )
 
 
 @pytest.mark.parametrize("fov_rad", [0.0, 1e-40, 1e-6, math.nan, 4.0])
@@ -74,3 +77,12 @@ def test_a_sensor_that_looks_down_gives_the_depth() -> None:
     assert found == Depth(2.0, "sonar", 8.5, None, 30.0)
     assert reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_270, 3000), "sonar", 2.0) is None
     assert reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_90, 850), "sonar", 2.0) is None
+
+
+@pytest.mark.parametrize(("quality", "counts"), [(0, True), (1, False), (2, True), (100, True)])
+def test_a_distance_without_a_signal_is_not_known(quality: int, counts: bool) -> None:
+    """A lost echo, of which signal_quality is 1, counted as measured."""
+    ahead = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, 800, quality=quality), "sonar", 2.0)
+    assert isinstance(ahead, Ranges) and math.isfinite(ahead.distances_m[0]) is counts
+    below = reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_270, 90, quality=quality), "sonar", 2.0)
+    assert (below is not None) is counts

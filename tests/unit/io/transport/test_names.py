@@ -12,6 +12,7 @@ from companion.io.mavlink.wire.links import UdpLink, open_link
 from companion.io.transport import names
 from companion.io.transport.names import LOOK_AGAIN_S, Host, NameUnknown, is_name
 from companion.io.transport.opener import TransportOpener
+from tests.threadless import no_threads
 from tests.unit.io.transport.test_opener import wait_readable
 from tests.waiting import wait_until
 
@@ -89,6 +90,17 @@ def test_a_name_that_is_gone_keeps_its_last_address(network: Network) -> None:
     host.seek()
     settle(host)
     assert host.found() == "10.0.0.7" and "its last address 10.0.0.7" in (host.fault or "")
+
+
+def test_without_threads_a_name_is_looked_up_later(network: Network) -> None:
+    network.addresses[NAME] = "10.0.0.7"
+    host = Host(NAME)
+    with no_threads():
+        host.seek()
+    assert not host.seeking and "has no address" in (host.fault or "")
+    host.seek()
+    settle(host)
+    assert host.found() == "10.0.0.7" and host.fault is None
 
 
 def test_a_silent_host_is_looked_up_now_and_then(network: Network) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.io.transport.line import Line
 from companion.io.transport.opener import TransportOpener
 from companion.io.transport.urls import PortUrl, TransportError, parse_url
 from tests.unit.io.lines import Terminal, address_of, opened, slept_s, text_of, wait_readable
@@ -219,6 +220,27 @@ def test_tcp_client_connects_without_waiting_and_again_after_a_loss() -> None:
             wait_readable(client)
             assert text_of(client, 1.8) == b"again"
             peer.close()
+
+
+def test_the_system_asks_a_silent_far_end_whether_it_is_still_there() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        with opened(f"tcpout:127.0.0.1:{listener.getsockname()[1]}") as client:
+            listener.accept()[0].close()
+            client.write(b"x", 0.0)
+            assert_asks(client)
+        with opened("tcpin:127.0.0.1:0") as server, socket.create_connection(address_of(server)):
+            wait_readable(server)
+            server.read(0.0)
+            assert_asks(server)
+
+
+def assert_asks(line: Line) -> None:
+    descriptor = line.fileno()
+    assert descriptor is not None
+    with socket.socket(fileno=os.dup(descriptor)) as ours:
+        assert ours.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        assert ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 5
+        assert ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 15_000
 
 
 def test_tcp_client_refused() -> None:

@@ -18,6 +18,7 @@ import pytest
 from companion.io.transport import serial_line
 from companion.io.transport.serial_line import SerialLine
 from companion.io.transport.urls import PortUrl, parse_url
+from tests.threadless import no_threads
 from tests.unit.io.lines import Terminal, opened, slept_s, text_of, wait_opened, wait_readable
 from tests.waiting import CAP_S
 
@@ -228,6 +229,24 @@ def test_a_driver_that_hangs_while_it_opens_holds_nobody_up(tmp_path: Path, monk
     release.set()
     assert closed.wait(CAP_S), "a port that nobody wants any more is closed when it opens at last"
     terminal.let_go()
+    os.close(terminal.master)
+
+
+def test_without_threads_a_port_that_is_pulled_raises_nothing_and_comes_back_later(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path / "tty")
+    terminal.plug()
+    with opened(f"serial:{terminal.path}:9600") as line:
+        terminal.let_go()
+        with no_threads():
+            terminal.pull()
+            assert not line.read(1.0) and line.fileno() is None
+            terminal.plug()
+            assert not line.read(1.6)
+            assert "no threads left; trying again" in (line.fault() or "")
+        line.read(3.0)
+        wait_opened(line, 3.1)
+        assert line.fault() is None
+        terminal.let_go()
     os.close(terminal.master)
 
 

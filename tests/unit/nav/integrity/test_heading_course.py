@@ -26,6 +26,17 @@ def test_slow_boats_may_go_sideways() -> None:
     assert Passage(HeadingCourse(), Boat(2.0)).go(20.0, lambda evidence, _: turned(evidence, 1.5)) == []
 
 
+@pytest.mark.parametrize(("angle_deg", "found"), [(180.0, False), (170.0, False), (0.0, False), (150.0, True)])
+def test_boats_that_push_astern_may_go_stern_first(angle_deg: float, found: bool) -> None:
+    """A RIB that sailed a leg stern first at 3 m/s was told that its compass lies."""
+
+    def astern(evidence: Evidence, age_s: float) -> None:
+        evidence.astern = True
+        turned(evidence, math.radians(angle_deg))
+
+    assert bool(Passage(HeadingCourse(), FAST).go(20.0, astern)) is found
+
+
 def test_boats_slip_in_turns() -> None:
     def turning(evidence: Evidence, age_s: float) -> None:
         evidence.turn_radps = 0.2

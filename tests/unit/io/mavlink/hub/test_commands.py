@@ -316,7 +316,7 @@ def test_set_current(rig: Rig, named: Callable[[Sequence[Any], str], list[Any]])
     assert len(named(heard, "MISSION_CURRENT")) == 1
     assert result(rig.command(224, -1.0)) == ACCEPTED
     assert [result(rig.command(224, *params)) for params in ((NAN,), (-2.0,), (1.5,), (1.0, 2.0))] == [DENIED] * 4
-    assert rig.supervisor.asked == [("set_current", 2, True), ("set_current", 0, False)]
+    assert rig.supervisor.asked == [("set_current", 2, True), ("set_current", None, False)]
 
 
 def test_change_speed(rig: Rig) -> None:

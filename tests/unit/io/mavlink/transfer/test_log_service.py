@@ -11,6 +11,7 @@ import pytest
 
 from companion.io.mavlink.transfer.disk_files import LogStore
 from companion.io.mavlink.transfer.log_service import BLOCK, LogService
+from tests.forbidden import forbid
 from tests.waiting import wait_until
 
 SIZES = {"a": 90 * 20, "b": 1234, "c": 300_000}
@@ -82,6 +83,17 @@ def test_the_runs_are_listed_oldest_first(station: Desk) -> None:
     ]
     (only,) = station.entries(1, 1, count=1)
     assert only.id == 1
+
+
+def test_a_folder_that_cannot_be_read_hides_no_others(
+    station: Desk, logs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """lost+found at the top of a medium belongs to root."""
+    (logs / "lost+found").mkdir()
+    forbid(logs / "lost+found", monkeypatch)
+    assert len(station.entries()) == 3
+    station.tell(station.desk.messages.MAVLink_log_erase_message(1, 1))
+    wait_until(lambda: not (logs / "a").exists() and not (logs / "b").exists(), "earlier logs are erased")
 
 
 def test_ardupilots_clients_count_from_one(station: Desk) -> None:
