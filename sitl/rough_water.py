@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from companion.config.dimensions.form import GRAVITY_MPS2
+from companion.config.dimensions.surge_damping import linear
 from companion.config.losses import LossConfig
 from companion.config.rough_water import ROUGH, USUAL, RoughWaterConfig
 from companion.config.sea import SeaState
@@ -15,6 +16,7 @@ from sitl.wave_hull import air_height_m, wave_hull
 
 _DISC_PA = 6000.0  # thrust over disc area at full thrust: 4 kPa of a trolling motor, 11 kPa of Blue Robotics' T200
 _GEAR_LAG_S, _GEAR_PLAY_RAD = 0.2, math.radians(2.0)  # of geared stepper motors and servos (assumed)
+_ADVANCE = 0.88  # of a propeller of usual pitch, as the default of `LossConfig`
 _DEDUCTION = 0.05  # at rest, of open propellers below a hull: 0.03 to 0.07 (Carlton 2012, 12)
 _CENTRE_AHEAD = 0.05  # of the length: hull and gear are rarely as large ahead of the middle as behind it
 _LEAST_M = 0.005  # a lower sea is flat water
@@ -36,11 +38,15 @@ def plant_name(simulation: SitlConfig, name: str | None, rough: bool) -> str:
 
 
 def rough_plant(vessel: VesselConfig, plant: PlantConfig, rough: RoughWaterConfig) -> PlantConfig:
-    """The plant with losses, sensor errors and a centre of the wind's force, where it has none of its own."""
+    """The plant with losses, sensor errors and a centre of the wind's force, where it has none of its own. A hull of
+    the controller's model leaves to the losses what its damping has of them."""
+    losses = plant.losses or rough.losses
+    if losses is None:
+        losses, plant = usual_losses(vessel, plant), _without(vessel, plant)
     centre_m = _CENTRE_AHEAD * vessel.length_m, air_height_m(plant.hull, vessel)
     return replace(
         plant,
-        losses=plant.losses or rough.losses or usual_losses(vessel, plant),
+        losses=losses,
         sensor_errors=plant.sensor_errors or rough.sensor_errors,
         wind_centre_m=plant.wind_centre_m or centre_m,
     )
@@ -48,16 +54,43 @@ def rough_plant(vessel: VesselConfig, plant: PlantConfig, rough: RoughWaterConfi
 
 def usual_losses(vessel: VesselConfig, plant: PlantConfig) -> LossConfig:
     """All losses, of propellers whose diameter follows from their thrust where the file gives none, with shafts as deep
-    as the hull or as the diameter."""
-    most_n = max(max(row.max_n, -row.min_n) for row in vessel.thrusters)
-    propeller_m = math.sqrt(4.0 * most_n / (math.pi * _DISC_PA))
+    as the hull or as the diameter. Where the hull is that of the controller's model, their pitch is such that they lose
+    ahead what its damping says, if that is less than usual: propellers of fast boats have more."""
+    propeller_m = _usual_m(vessel)
+    lost, told = _lost_ahead(vessel), _told(vessel, plant)
     return LossConfig(
         propeller_m=None if all(row.propeller_m is not None for row in vessel.thrusters) else propeller_m,
+        advance_ratio=_ADVANCE * max(1.0, lost / told) if told > 0.0 else _ADVANCE,
         depth_m=max(wave_hull(plant.hull, vessel).draft_m, propeller_m),
         deduction=_DEDUCTION,
         azimuth_lag_s=_GEAR_LAG_S,
         backlash_rad=_GEAR_PLAY_RAD,
     )
+
+
+def _without(vessel: VesselConfig, plant: PlantConfig) -> PlantConfig:
+    """The plant whose damping ahead is without what `usual_losses` take: the controller's model has it there."""
+    told, damping = _told(vessel, plant), plant.hull.damping
+    left = max(0.0, told - _lost_ahead(vessel))
+    return replace(plant, hull=replace(plant.hull, damping=replace(damping, x_u=left))) if told > 0.0 else plant
+
+
+def _told(vessel: VesselConfig, plant: PlantConfig) -> float:
+    """Linear damping ahead of a model by dimensions, N per m/s, which is thrust that propellers lose. 0 for a hull that
+    was measured, or another than the controller's."""
+    told = vessel.hull.damping.x_u
+    return told if vessel.hull.form is not None and plant.hull.damping.x_u == told else 0.0
+
+
+def _lost_ahead(vessel: VesselConfig) -> float:
+    """What propellers of usual pitch lose ahead, N per m/s, at half thrust."""
+    usual_m = _usual_m(vessel)
+    return linear([replace(row, propeller_m=row.propeller_m or usual_m) for row in vessel.thrusters])
+
+
+def _usual_m(vessel: VesselConfig) -> float:
+    most_n = max(max(row.max_n, -row.min_n) for row in vessel.thrusters)
+    return math.sqrt(4.0 * most_n / (math.pi * _DISC_PA))
 
 
 def wind_sea(wind_mps: float, fetch_m: float) -> SeaState | None:

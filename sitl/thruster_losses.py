@@ -12,7 +12,7 @@ from companion.config.losses import LossConfig
 from sitl.battery import FULL_V
 from sitl.thrusters import ThrusterModel
 
-_KT, _J = 0.35, 0.88  # bollard thrust coefficient and advance ratio without thrust: Wageningen B4-70, P/D 0.8
+_KT = 0.35  # bollard thrust coefficient: Wageningen B4-70, P/D 0.8, whose advance ratio without thrust is 0.88
 _MOST_GAIN = 1.3  # of a propeller in water from behind
 _PUSHES = 0.05  # of full force: less makes no race
 _CALM = (0.0, 0.0, math.inf)
@@ -30,11 +30,11 @@ class _Propeller:
     taken_along: float
 
 
-def _propeller(diameter_m: float | None) -> _Propeller | None:
+def _propeller(diameter_m: float | None, advance_ratio: float) -> _Propeller | None:
     """None without a diameter."""
     if diameter_m is None:
         return None
-    free_mps = _J / (diameter_m * math.sqrt(_KT * WATER_KGPM3))
+    free_mps = advance_ratio / (diameter_m * math.sqrt(_KT * WATER_KGPM3))
     return _Propeller(diameter_m, free_mps, math.sqrt(0.125 * math.pi * WATER_KGPM3) * diameter_m)
 
 
@@ -73,7 +73,7 @@ class ThrusterLosses:
         self._propellers = [
             None
             if thruster.kind in ("jet", "rudder", "sail")
-            else _propeller(config.propeller_m or thruster.propeller_m)
+            else _propeller(config.propeller_m or thruster.propeller_m, config.advance_ratio)
             for thruster in thrusters
         ]
         self._sails = [thruster.kind == "sail" for thruster in thrusters]

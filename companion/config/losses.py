@@ -19,6 +19,10 @@ class LossConfig:
         Positive | None,
         means("Diameter of the propellers. Left out: as the thruster says; without it there is no loss that needs it."),
     ] = None
+    advance_ratio: Annotated[
+        Positive,
+        means("Speed over revolutions times diameter at which a propeller gives no thrust: it grows with the pitch."),
+    ] = 0.88
     depth_m: Annotated[Positive | None, means("Depth of the shafts below the water. Left out: the draft.")] = None
     inflow: Annotated[bool, means("Thrust falls with the water's speed along the shaft.")] = True
     cross_flow: Annotated[bool, means("Water across the shaft drags, since the propeller takes it along.")] = True

@@ -67,6 +67,32 @@ def test_what_a_plant_has_of_its_own_stays() -> None:
     assert rough_plant(REVOLT, plant, RoughWaterConfig(losses=losses)).losses == losses
 
 
+@pytest.mark.parametrize("name", ["blueboat", "heron", "wamv16"])
+def test_what_propellers_lose_ahead_counts_once(name: str) -> None:
+    """A model made by dimensions has it in its damping. Counted by the losses again, boats that plane reached a quarter
+    of their speed in rough water, and others 0.8 of it."""
+    vessel = load(find(name))
+    assert vessel.sitl is not None
+    speeds = []
+    for water in ("usual", "rough"):
+        world = World(vessel, WorldConditions(water=water, waves="0" if water == "rough" else None))
+        for k in range(1, 401):
+            for thruster in world.thrusters:
+                thruster.dead = False
+                thruster.demand(0.7, 0.0)
+            world.advance(0.1 * k)
+        speeds.append(math.hypot(world.truth.surge_mps, world.truth.sway_mps))
+    assert 0.9 * speeds[0] < speeds[1] < 1.02 * speeds[0]
+
+
+def test_a_measured_hull_keeps_its_damping() -> None:
+    for name in ("revolt", "cybership2", "aboat", "otter"):
+        vessel = load(find(name))
+        assert vessel.sitl is not None
+        plant = chosen_plant(vessel, None, True)
+        assert rough_plant(vessel, plant, vessel.sitl.rough).hull == plant.hull
+
+
 def test_usual_water_is_as_before() -> None:
     world = World(REVOLT, WorldConditions(wind="4@90"))
     assert type(world.waves) is Waves and world.wind.mean_mps == 4.0
