@@ -41,7 +41,8 @@ class Persona:
 
     `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same
     value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
-    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
+    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come;
+    the go-to may be a single setpoint.
     `zero_yaw_is_unset`: clients of this persona send 0 where MAVLink says NaN for a heading that does not matter.
     `waits_for_its_number`: its clients wait for the very number that they asked for, also where it is an alias: Cockpit
     starts no mission before it sees LOITER.
