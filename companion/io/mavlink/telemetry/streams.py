@@ -95,6 +95,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: Stream(proximity.obstacle_distance, NEVER),
     DEBUG_VECT: Stream(follow.report, NEVER),
     mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
+    mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: Stream(motion.gps_global_origin, NEVER),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
