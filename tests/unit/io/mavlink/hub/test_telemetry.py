@@ -327,9 +327,7 @@ def test_setpoint(rig: Rig) -> None:
     assert (output.target_bearing, output.wp_dist, output.nav_bearing, output.xtrack_error) == (0, 100, 90, -1.5)
 
 
-def test_the_origin_of_the_local_plane_on_request(
-    rig: Rig, named: Callable[[Sequence[Any], str], list[Any]]
-) -> None:
+def test_the_origin_of_the_local_plane_on_request(rig: Rig, named: Callable[[Sequence[Any], str], list[Any]]) -> None:
     """MAVSDK asks for it (`get_gps_global_origin`), to turn places into the metres of its setpoints."""
     rig.tick()
     (origin,) = named(rig.command(512, 49.0), "GPS_GLOBAL_ORIGIN")
