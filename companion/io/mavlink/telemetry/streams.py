@@ -295,8 +295,8 @@ class Telemetry:
         interval_s = STREAMS[number].interval_s
         if number == HEARTBEAT:
             return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
-        if interval_s < 0.0:
-            return interval_s
+        if interval_s < 0.0 or number in endpoint.persona.unknown:
+            return NEVER
         return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
 
     # --- making ----------------------------------------------------------------------------------------------------
