@@ -65,7 +65,7 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 class SupervisorParts:
     """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches
-    `achieved` and `demanded`, and indices of `failed` thrusters."""
+    `achieved` and `demanded`, indices of `failed` thrusters, and how many `choices` people have made."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class SupervisorParts:
         self.nav = NO_ESTIMATE
         self.inputs = Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved, self.demanded, self.steers_late_s = ZERO_WRENCH, ZERO_WRENCH, 0.0
+        self.achieved, self.demanded, self.steers_late_s, self.choices = ZERO_WRENCH, ZERO_WRENCH, 0.0, 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic = TrafficTracker(config.mmsi)

@@ -264,6 +264,7 @@ class Requests:
     def _taken_over(self, now_s: float) -> None:
         """A person has decided: failsafes that last have had their turn, and thrust is free again."""
         parts, monitor = self.parts, self.parts.responder.monitor
+        parts.choices += 1
         parts.sticks.overrule_silent_switch(now_s)
         if self._helm.armed and (monitor.neutral or self._helm.stopped):
             self._helm.resume(now_s)

@@ -28,6 +28,7 @@ from companion.supervisor.arming import arming_refusals, arming_report
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, Right
 from companion.supervisor.aux_functions import AuxFunctions
 from companion.supervisor.channels import calibrated
+from companion.supervisor.guided import Guided
 from companion.supervisor.landing import Landing
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.parts import SupervisorParts
@@ -66,7 +67,7 @@ class Supervisor(Requests):
         self._monitor = parts.responder.monitor
         self._aux = AuxFunctions(parts, self, plans)
         self.mission_edits = self._aux.mission_edits
-        self.landing = Landing(self)
+        self.landing, self.guided = Landing(self), Guided(self)
         self._guard_failure = ""
         self._desired_mps: float | None = 0.0  # speed ahead, of the last setpoint; None: it asks for forces
 
@@ -118,9 +119,14 @@ class Supervisor(Requests):
         """A fix of a receiver aboard, or its vector from a moving base on the lead boat."""
         self.parts.relative.take(reading)
 
-    def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
-        """A setpoint of another computer. Returns why it is refused, or None."""
+    def offboard_setpoint(self, target: OffboardTarget, now_s: float, guided: bool = False) -> str | None:
+        """A setpoint of another computer. Returns why it is refused, or None. `guided`: its sender knows Offboard as
+        Guided, which may wait for it."""
+        if guided and self.guided.goes_to(target, now_s):
+            return None
         reason = self.parts.offboard.take(target, self.parts.nav, now_s)
+        if guided and reason is None:
+            self.guided.taken(now_s)
         if reason is None and self.refusal(AuthorityRequest(RequestedAction.STAND_IN, Right.OFFBOARD), now_s) is None:
             self.ground_stations.heard(now_s)
         return reason

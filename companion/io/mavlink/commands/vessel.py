@@ -97,8 +97,9 @@ class VesselCommands:
             and peer.endpoint.persona.offboard_may_wait
             and self._supervisor.offboard_fault(now_s) is not None
         ):
-            mode = ModeId.HOLD
-        outcome = self._supervisor.request_mode(mode, now_s, peer.endpoint.persona.orders.get(custom_mode))
+            outcome = self._supervisor.guided.choose(now_s)
+        else:
+            outcome = self._supervisor.request_mode(mode, now_s, peer.endpoint.persona.orders.get(custom_mode))
         if outcome.accepted:
             self._hub.modes_asked[peer.endpoint.persona] = custom_mode
         return outcome

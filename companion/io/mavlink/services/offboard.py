@@ -42,7 +42,8 @@ class OffboardService:
     def _give(self, target: OffboardTarget | str, message: Any, peer: Peer, now_s: float) -> None:
         if message.target_system != self._hub.system:  # a message to all moves no boat
             return
-        reason = target if isinstance(target, str) else self._vessel.supervisor.offboard_setpoint(target, now_s)
+        guided = peer.endpoint.persona.offboard_may_wait
+        reason = target if isinstance(target, str) else self._vessel.supervisor.offboard_setpoint(target, now_s, guided)
         if reason is None:
             return
         source = (peer.system, peer.endpoint)

@@ -110,6 +110,15 @@ def local_position_ned(view: View, persona: Persona) -> Any:
     )
 
 
+def gps_global_origin(view: View, persona: Persona) -> Any:
+    """GPS_GLOBAL_ORIGIN: where the plane of LOCAL_POSITION_NED begins. Down is 0 there at the boat's own height."""
+    frame, tick = view.vessel.frame, view.tick
+    altitude_mm = millimetres(None if tick is None else tick.nav.altitude_m)
+    return mavlink.MAVLink_gps_global_origin_message(
+        degrees_e7(frame.lat_deg), degrees_e7(frame.lon_deg), altitude_mm, view.unix_us
+    )
+
+
 def vfr_hud(view: View, persona: Persona) -> Any:
     """VFR_HUD: speeds, heading, and the mean throttle of all thrusters; the airspeed field has the measured wind."""
     tick = view.tick

@@ -95,6 +95,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: Stream(proximity.obstacle_distance, NEVER),
     DEBUG_VECT: Stream(follow.report, NEVER),
     mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
+    mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: Stream(motion.gps_global_origin, NEVER),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -294,8 +295,8 @@ class Telemetry:
         interval_s = STREAMS[number].interval_s
         if number == HEARTBEAT:
             return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
-        if interval_s < 0.0:
-            return interval_s
+        if interval_s < 0.0 or number in endpoint.persona.unknown:
+            return NEVER
         return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
 
     # --- making ----------------------------------------------------------------------------------------------------

@@ -43,6 +43,7 @@ class _LogClient:
     sent_s: float
     runs: list[Run] | None = None
     asked: tuple[int, int] | None = None  # (first, last) of a list request that waits for the disk
+    wanted: Any = None  # a LOG_REQUEST_DATA that waits for the list
     listing: Future[list[Run]] | None = None
     number: int | None = None
     file: DiskFile | None = None
@@ -100,7 +101,7 @@ class LogService:
         if client is None:
             return
         client.asked = (message.start, message.end)
-        client.sending = None
+        client.sending = client.wanted = None
         self._close_file(client)
         if self._store is not None:
             client.listing = client.listing or self._store.runs(_MOST_RUNS)
@@ -112,30 +113,32 @@ class LogService:
         client = self._client(peer, now_s)
         if client is None or self._store is None:
             return
-        if client.runs is None:
-            if client.listing is None:
-                client.listing = self._store.runs(_MOST_RUNS)
-            return  # the client will ask again
+        client.wanted = message
+        if client.runs is None and client.listing is None:
+            client.listing = self._store.runs(_MOST_RUNS)
+        self._advance(peer, client, now_s)
+
+    def _begin(self, peer: Peer, client: _LogClient, store: LogStore, runs: list[Run], message: Any) -> None:
+        """Begin to send the data that a LOG_REQUEST_DATA asks for."""
         index = message.id - peer.endpoint.persona.first_item
-        if not 0 <= index < len(client.runs):
+        if not 0 <= index < len(runs):
             self._hub.say(peer, TextKind.REFUSAL, f"Log {message.id} not found: request the list again")
             return
         if client.number != message.id:
             self._close_file(client)
             client.number = message.id
-            client.opening = self._store.open(client.runs[index].path)
-        size = client.runs[index].size
+            client.opening = store.open(runs[index].path)
+        size = runs[index].size
         end = size if message.count == _ALL else min(size, message.ofs + message.count)
         client.to_the_end = message.count == _ALL
         client.sending = (message.ofs, end) if message.ofs < size else None
         if client.sending is None and client.to_the_end:
             self._send(peer, client, message.ofs, b"")
-        self._advance(peer, client, now_s)
 
     def _on_end(self, message: Any, peer: Peer, now_s: float) -> None:
         client = self._clients.get(peer)
         if client is not None:
-            client.sending = None
+            client.sending = client.wanted = None
             self._close_file(client)
 
     def _on_erase(self, message: Any, peer: Peer, now_s: float) -> None:
@@ -156,6 +159,9 @@ class LogService:
         if client.asked is not None and client.runs is not None and client.listing is None:
             self._send_list(peer, client.runs, *client.asked)
             client.asked = None
+        if client.wanted is not None and client.runs is not None and client.listing is None and self._store is not None:
+            message, client.wanted = client.wanted, None
+            self._begin(peer, client, self._store, client.runs, message)
         if client.opening is not None and client.opening.done():
             client.file, client.opening = _result(client.opening), None
             if client.file is None:

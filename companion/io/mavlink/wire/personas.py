@@ -41,10 +41,13 @@ class Persona:
 
     `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same
     value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
-    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
+    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come;
+    the go-to may be a single setpoint.
     `zero_yaw_is_unset`: clients of this persona send 0 where MAVLink says NaN for a heading that does not matter.
     `waits_for_its_number`: its clients wait for the very number that they asked for, also where it is an alias: Cockpit
     starts no mission before it sees LOITER.
+    `unknown`: messages that its clients do not know. MAVProxy and Mission Planner count each as a lost packet, so they
+    come when they change or are asked for, not regularly.
     `calibrates_by_messages`: it reports a compass calibration as MAG_CAL messages (ArduPilot), else as texts (PX4).
     """
 
@@ -59,6 +62,7 @@ class Persona:
     calibrates_by_messages: bool = False
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
     has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
+    unknown: frozenset[int] = frozenset()
     aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood too
     orders: Mapping[int, Order] = field(default_factory=dict)  # how the mode of a number is to be sailed
 
@@ -117,6 +121,13 @@ ARDUPILOT = Persona(
     calibrates_by_messages=True,
     packs_main_and_sub=False,
     has_events=False,
+    unknown=frozenset(
+        {
+            mavlink.MAVLINK_MSG_ID_CURRENT_MODE,
+            mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR,
+            mavlink.MAVLINK_MSG_ID_CONTROL_STATUS,
+        }
+    ),
     aliases=_ROVER_ALIASES,
     orders=_ROVER_ORDERS,
 )

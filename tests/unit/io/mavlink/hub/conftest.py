@@ -115,6 +115,7 @@ class FakeSupervisor:
         self.landing = SimpleNamespace(
             take_off=lambda now_s: self._take("take_off"), land=lambda place, now_s: self._take("land", place)
         )
+        self.guided = SimpleNamespace(choose=lambda now_s: self.request_mode(ModeId.HOLD, now_s))
         self.payload: Payload
         self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
         self.surroundings = SimpleNamespace(on=False)
@@ -242,7 +243,7 @@ class FakeSupervisor:
     def traffic_heard(self, report: AisTarget, now_s: float) -> None:
         self.reports.append(report)
 
-    def offboard_setpoint(self, target: Any, now_s: float) -> str | None:
+    def offboard_setpoint(self, target: Any, now_s: float, guided: bool = False) -> str | None:
         self.asked.append(("offboard_setpoint", target))
         return self.setpoints_refused
 

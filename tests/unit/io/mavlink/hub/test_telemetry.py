@@ -327,6 +327,14 @@ def test_setpoint(rig: Rig) -> None:
     assert (output.target_bearing, output.wp_dist, output.nav_bearing, output.xtrack_error) == (0, 100, 90, -1.5)
 
 
+def test_the_origin_of_the_local_plane_on_request(rig: Rig, named: Callable[[Sequence[Any], str], list[Any]]) -> None:
+    """MAVSDK asks for it (`get_gps_global_origin`), to turn places into the metres of its setpoints."""
+    rig.tick()
+    (origin,) = named(rig.command(512, 49.0), "GPS_GLOBAL_ORIGIN")
+    frame = rig.vessel.frame
+    assert (origin.latitude, origin.longitude) == (round(frame.lat_deg * 1e7), round(frame.lon_deg * 1e7))
+
+
 def test_setpoint_in_the_local_plane_on_request(rig: Rig, named: Callable[[Sequence[Any], str], list[Any]]) -> None:
     """The mask leaves what is meant of each kind: a path of velocities has no place, a boat without thrust no
     setpoint."""

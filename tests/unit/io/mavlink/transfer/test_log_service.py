@@ -140,6 +140,17 @@ def test_a_gap_is_sent_again_and_the_end_stops(station: Desk, logs: Path) -> Non
     assert station.heard() == []
 
 
+def test_a_log_comes_without_a_list_before_it(station: Desk, logs: Path) -> None:
+    """MAVProxy's `log download 1` asks once, also when the list is long ago or was never asked for."""
+    number, size = 1, SIZES["b"]
+    for _ in range(2):
+        blocks = station.data(number, 0, 0xFFFFFFFF, size // BLOCK + 1)
+        assert b"".join(bytes(b.data[: b.count]) for b in blocks) == (logs / "b" / "ticks.ulg").read_bytes()
+        station.now_s += 100.0  # so long that the client is forgotten
+        station.service.update(station.now_s)
+        station.desk.now_s = station.now_s
+
+
 def test_an_unknown_number_is_refused(station: Desk, logs: Path) -> None:
     station.entries()
     (said,) = station.tell(station.desk.messages.MAVLink_log_request_data_message(1, 1, 77, 0, 90))

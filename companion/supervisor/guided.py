@@ -1,0 +1,56 @@
+"""ArduPilot's Guided while no setpoints come: the boat holds and waits for one. A single position is a go-to, as
+Mission Planner sends it; a stream of setpoints begins Offboard."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.decision import ModeId, Outcome
+from companion.modes.parts.offboard_target import OffboardTarget
+from companion.supervisor.requests import Requests
+
+
+class Guided:
+    """Remembers since which choice the boat waits, and when the last setpoint came meanwhile. Another choice by a
+    person, another mode and disarming end the waiting."""
+
+    def __init__(self, requests: Requests) -> None:
+        self._requests = requests
+        self._parts = requests.parts
+        self._since: tuple[int, int] | None = None
+        self._came_s = -math.inf
+        self._streams = False
+
+    def choose(self, now_s: float) -> Outcome:
+        """Hold, and wait for a setpoint."""
+        outcome = self._requests.request_mode(ModeId.HOLD, now_s)
+        if outcome.accepted:
+            self._since, self._came_s, self._streams = self._choice, -math.inf, False
+        return outcome
+
+    def goes_to(self, target: OffboardTarget, now_s: float) -> bool:
+        """Whether this setpoint is a go-to, which is done then. The second within OFFB_TIMEOUT makes a stream."""
+        self._streams = False
+        if self._since != self._choice:
+            return False
+        self._streams = now_s - self._came_s <= self._parts.parameters["OFFB_TIMEOUT"]
+        self._came_s = now_s
+        point = None if self._streams or not target.is_point else target.fixed(self._parts.nav)
+        if point is None or point.position is None:
+            return False
+        lat_deg, lon_deg = self._parts.frame_of().to_geodetic(*point.position)
+        if self._requests.go_to(lat_deg, lon_deg, point.yaw_rad, None, now_s).accepted:
+            self._since = self._choice
+        return True
+
+    def taken(self, now_s: float) -> None:
+        """The setpoint is valid: a stream of them begins Offboard. Where that is refused, the waiting ends."""
+        if self._streams:
+            self._since, self._streams = None, False
+            self._requests.request_mode(ModeId.OFFBOARD, now_s)
+
+    @property
+    def _choice(self) -> tuple[int, int]:
+        """The last choice by a person, and the last change of mode; to arm changes nothing."""
+        helm = self._parts.helm
+        return self._parts.choices, helm.version + (0 if helm.armed else 1)

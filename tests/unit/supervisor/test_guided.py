@@ -1,0 +1,82 @@
+"""ArduPilot's Guided: which setpoints move a boat that holds and waits for one."""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.core.decision import ModeId
+from companion.modes.parts.offboard_target import OffboardTarget
+from tests.unit.conftest import Boat
+
+POINT = OffboardTarget(position=(20.0, 5.0))
+WAY = OffboardTarget(velocity=(0.3, 0.0))
+
+
+def waiting(boat: Boat) -> Boat:
+    """Guided is chosen before the boat is armed, as scripts do it."""
+    assert boat.supervisor.guided.choose(boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step()
+    return boat
+
+
+def give(boat: Boat, target: OffboardTarget, guided: bool = True) -> None:
+    assert boat.supervisor.offboard_setpoint(target, boat.now_s, guided) is None
+    boat.step()
+
+
+def goes(boat: Boat) -> bool:
+    return any(text.startswith("Going to a point") for text in boat.texts())
+
+
+def test_a_single_position_is_a_go_to(boat: Boat) -> None:
+    give(waiting(boat), POINT)
+    boat.step(3.0)
+    assert goes(boat) and boat.status.mode is ModeId.HOLD
+    assert not any("setpoint" in text for text in boat.texts()), "no stream that could be missed"
+
+
+def test_each_later_position_is_one_too(boat: Boat) -> None:
+    """A ground station that sends its own place every second or two."""
+    give(waiting(boat), POINT)
+    boat.step(2.0)
+    give(boat, OffboardTarget(position=(40.0, 5.0)))
+    assert "Going to a point 40 m away" in boat.texts() and boat.status.mode is ModeId.HOLD
+
+
+@pytest.mark.parametrize("target", [POINT, WAY])
+def test_a_stream_begins_offboard(boat: Boat, target: OffboardTarget) -> None:
+    waiting(boat)
+    for _ in range(3):
+        give(boat, target)
+    assert boat.status.mode is ModeId.OFFBOARD
+
+
+def test_a_single_velocity_moves_nothing(boat: Boat) -> None:
+    give(waiting(boat), WAY)
+    boat.step(2.0)
+    assert boat.status.mode is ModeId.HOLD and not goes(boat)
+
+
+def test_another_choice_ends_the_waiting(boat: Boat) -> None:
+    waiting(boat)
+    assert boat.supervisor.hold_here(boat.now_s).accepted
+    for _ in range(3):
+        give(boat, POINT)
+    assert boat.status.mode is ModeId.HOLD and not goes(boat)
+
+
+def test_disarming_ends_it(boat: Boat) -> None:
+    waiting(boat)
+    boat.supervisor.disarm(boat.now_s)
+    assert boat.supervisor.arm(boat.now_s).accepted
+    for _ in range(3):
+        give(boat, POINT)
+    assert boat.status.mode is ModeId.HOLD and not goes(boat)
+
+
+def test_setpoints_of_links_without_guided_move_nothing(boat: Boat) -> None:
+    waiting(boat)
+    for _ in range(3):
+        give(boat, POINT, guided=False)
+    assert boat.status.mode is ModeId.HOLD and not goes(boat)
