@@ -300,6 +300,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Transmitter is back",
     ),
     Failsafe(
+        "station_lost",  # above sticks_lost: the boat that holds for want of sticks still does this
+        TextKind.ALARM,
+        _ground_stations_silent,
+        _self_steered,
+        "NAV_DLL_ACT",
+        lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
+        "Ground station is back",
+    ),
+    Failsafe(
         "sticks_lost",
         TextKind.ALARM,
         _sticks_silent,
@@ -307,15 +316,6 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "NAV_RCL_ACT",
         lambda _: "Sticks silent",
         "Sticks are back",
-    ),
-    Failsafe(
-        "station_lost",
-        TextKind.ALARM,
-        _ground_stations_silent,
-        _self_steered,
-        "NAV_DLL_ACT",
-        lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
-        "Ground station is back",
     ),
     *(_row_of(mode, declared.failsafe) for mode, declared in DECLARATIONS.items() if declared.failsafe is not None),
     Failsafe(
