@@ -89,7 +89,7 @@ def _always(_s: Situation, _active: bool) -> bool:
 
 
 def _self_steered(s: Situation, _active: bool) -> bool:
-    return s.armed and not s.mode.by_stick
+    return s.armed and not s.mode.by_stick and not s.rests
 
 
 def _by_stick(s: Situation, active: bool) -> bool:

@@ -138,6 +138,27 @@ def test_go_to_is_given_up_when_the_station_falls_silent(boat: Boat) -> None:
     assert boat.status.mode is ModeId.HOLD and boat.away_m(0.0, 0.0) < 12.0 and isinstance(boat.setpoint, PoseSetpoint)
 
 
+def test_a_boat_that_rests_after_its_mission_starts_no_thrusters_when_the_station_leaves(
+    make_boat: Callable[..., Boat],
+) -> None:
+    """MIS_DONE_ACT 3: ten seconds after the tablet was switched off its thrusters started, to hold."""
+    boat = make_boat(MIS_DONE_ACT=FailsafeAction.NEUTRAL)
+    boat.upload((10.0, 0.0))
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step(60.0)
+    assert "Mission complete" in boat.texts() and isinstance(boat.setpoint, NeutralSetpoint)
+    boat.station = False
+    boat.step(15.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.failsafes == ()
+    boat.station = True
+    boat.step()
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.station = False
+    boat.step(11.0)
+    assert boat.status.failsafes == ("station_lost",), "it steers by itself again"
+
+
 def test_a_boat_on_its_way_home_is_not_stopped_by_hold(boat: Boat) -> None:
     sail(boat)
     boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
