@@ -137,7 +137,7 @@ NO_ESTIMATE = NavState(
 
 def usable(nav: NavState) -> NavState:
     """The estimate with validity cleared where a value is not finite: the failsafes act on that. A place that is no
-    number has no accuracy, and who reckons on with the heading gets north."""
+    number has no accuracy; a heading that is none is NaN, with which one can reckon on."""
     motion = (
         nav.north_m
         + nav.east_m
@@ -156,7 +156,7 @@ def usable(nav: NavState) -> NavState:
         position_valid=nav.position_valid and position_ok,
         heading_valid=nav.heading_valid and heading_ok,
         position_accuracy_m=nav.position_accuracy_m if position_ok else math.inf,
-        yaw_rad=nav.yaw_rad if heading_ok else 0.0,
+        yaw_rad=nav.yaw_rad if math.isfinite(nav.yaw_rad) else math.nan,
     )
 
 
