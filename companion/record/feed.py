@@ -114,7 +114,9 @@ class Feed:
         self._listener = _listener(path)
         self._bell = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._selector = selectors.DefaultSelector()
-        self._listens, self._listens_s = False, -math.inf  # again from then on
+        self.listens = False
+        """Whether a new reader is let in; not for a moment without a descriptor for it."""
+        self._listens_s = -math.inf  # again from then on
         self._listen(True)
         self._selector.register(self._bell, selectors.EVENT_READ)
         self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
@@ -162,7 +164,7 @@ class Feed:
 
     def _run(self) -> None:
         while not self._ended:
-            ready = self._selector.select(None if self._listens else _FULL_S)
+            ready = self._selector.select(None if self.listens else _FULL_S)
             if time.monotonic() >= self._listens_s:
                 self._listen(True)
             for key, events in ready:
@@ -174,11 +176,11 @@ class Feed:
                     self._mind(reader, events)
 
     def _listen(self, on: bool) -> None:
-        if on and not self._listens:
+        if on and not self.listens:
             self._selector.register(self._listener, selectors.EVENT_READ)
-        elif self._listens and not on:
+        elif self.listens and not on:
             self._selector.unregister(self._listener)
-        self._listens = on
+        self.listens = on
 
     def _accept(self) -> None:
         try:

@@ -190,7 +190,7 @@ def test_without_descriptors_a_reader_waits_and_the_thread_does_not_turn_without
     with socket.socket(socket.AF_UNIX) as waiting, address_of(boat.path) as address:
         with Shortage():
             waiting.connect(address)
-            wait_until(lambda: not boat.feed._listens, "it listens no more for a while")
+            wait_until(lambda: not boat.feed.listens, "it listens no more for a while")
         waiting.settimeout(60.0)
         assert waiting.recv(1), "it gets in"
     boat.feed.close()
