@@ -39,9 +39,11 @@ def _later(found: TrialIdentification) -> Path | None:
     """The last log beside the trial's, of the same boat, that began with the new gains and kept a place."""
     folder, gains = found.log.folder.resolve(), {design.name: design.value for design in found.designs}
     for other in sorted(folder.parent.iterdir(), reverse=True):
-        if other.name <= folder.name or not (other / "manifest.json").is_file():
+        if other.name <= folder.name:
             continue
         try:
+            if not (other / "manifest.json").is_file():
+                continue
             log = open_log(other)
             same = log.config.name == found.log.config.name and all(
                 math.isclose(log.parameters.get(name, math.nan), value, rel_tol=1e-4) for name, value in gains.items()

@@ -136,7 +136,8 @@ NO_ESTIMATE = NavState(
 
 
 def usable(nav: NavState) -> NavState:
-    """The estimate with validity cleared where a value is not finite: the failsafes act on that."""
+    """The estimate with validity cleared where a value is not finite: the failsafes act on that. A place that is no
+    number has no accuracy; a heading that is none is NaN, with which one can reckon on."""
     motion = (
         nav.north_m
         + nav.east_m
@@ -151,7 +152,11 @@ def usable(nav: NavState) -> NavState:
     if position_ok and heading_ok:
         return nav
     return replace(
-        nav, position_valid=nav.position_valid and position_ok, heading_valid=nav.heading_valid and heading_ok
+        nav,
+        position_valid=nav.position_valid and position_ok,
+        heading_valid=nav.heading_valid and heading_ok,
+        position_accuracy_m=nav.position_accuracy_m if position_ok else math.inf,
+        yaw_rad=nav.yaw_rad if math.isfinite(nav.yaw_rad) else math.nan,
     )
 
 

@@ -24,7 +24,9 @@ class EventLog:
         self._last: dict[str, Event] = {}
 
     def say(self, t_s: float, kind: TextKind, name: str, text: str) -> None:
-        """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people."""
+        """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people. Bytes of a
+        file's name that are not UTF-8 are spelt out."""
+        text = text.encode(errors="backslashreplace").decode()
         last = self._last.get(name)
         if last is not None and last.text == text and t_s - last.t_s < self._repeat_s:
             return

@@ -239,6 +239,8 @@ class FenceArea:
     def _exit_of_piece(self, line: Floats, forgive: bool) -> tuple[Place | None, bool]:
         """As `_exit`, exactly."""
         whole = _line(line)
+        if forgive and len(line) > 2 and not whole.is_simple:  # GEOS cuts a line where it meets itself
+            return self._exit_by_legs(line)
         if not shapely.intersects(self._touching, whole):  # their difference would look at all sides
             return (None, True) if forgive else ((float(line[0, 0]), float(line[0, 1])), False)
         outside = shapely.difference(whole, self._touching)
@@ -251,6 +253,15 @@ class FenceArea:
             return None, lasts
         places = sorted((float(whole.project(Point(*part.coords[0]))), part.coords[0]) for part in parts)
         return (float(places[0][1][0]), float(places[0][1][1])), False
+
+    def _exit_by_legs(self, line: Floats) -> tuple[Place | None, bool]:
+        """As `_exit` of a line whose beginning outside is forgiven, leg by leg."""
+        forgive = True
+        for leg in (line[i : i + 2] for i in range(len(line) - 1)):
+            place, forgive = (None, False) if self.covers(leg) else self._exit_of_piece(leg, forgive)
+            if place is not None:
+                return place, False
+        return None, forgive
 
     def corners(self, simplified_m: float = 0.0) -> Floats:
         """Vertices that stick into the area: a shortest way can bend only there. Shape (n, 2). `simplified_m`:

@@ -443,7 +443,17 @@ class FenceGuard:
         lasts = lasting and (edge.distance_m < _AWAY_M or way_m <= need_m)
         if not begins and not lasts:
             return None
-        return self.cause if lasts else f"Fence {max(0.0, near.distance_m):.0f} m ahead"
+        if lasts:
+            return self.cause
+        ahead_m = self._line_ahead_m(areas.fence, nav, way_m) if way_m <= need_m else near.distance_m
+        return f"Fence {max(0.0, ahead_m):.0f} m ahead"
+
+    @staticmethod
+    def _line_ahead_m(fence: FenceArea, nav: NavState, way_m: float) -> float:
+        """Way on the boat's course until the line itself; where it only comes too near to it, until that."""
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        line_m = fence.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
+        return line_m if math.isfinite(line_m) else way_m
 
     @staticmethod
     def _way_ahead_m(keeping: FenceArea, nav: NavState, edge_m: float, near: Margin) -> float:

@@ -29,6 +29,8 @@ _UNFINISHED_S = 0.5  # a line that pauses this long in mid-frame will not finish
 _RATE_PERIOD_S = 1.0
 _PATIENCE_S = 30.0  # after the start, and between two requests that a caster refused
 _MOST_HEADER = 2000
+_SOON_S, _FIRST_WAIT_S = 10.0, 1.0  # a caster that hangs up so soon after a request is left alone for a while
+_RTCM_BEGINS = b"\xd3"
 
 
 class CorrectionsRelay:
@@ -230,27 +232,31 @@ class CorrectionsSource:
 class Caster:
     """The beginning of a conversation with an NTRIP caster, version 1: request, answer, then bare RTCM.
 
-    Remembers whether the line was open, the unfinished first line of the answer, whether that was a refusal, and when a
-    request may go out again.
+    Remembers whether the line was open, the unfinished beginning of the answer, whether that was a refusal, when the
+    request went out, for how long a caster that hung up soon is left alone, and when a request may go out again.
     """
 
     def __init__(self, config: CorrectionsConfig) -> None:
         self._config = config
         self._was_open = False
         self._header: bytes | None = b""  # None once the answer was good
-        self._may_ask_s = self._position_s = -math.inf
+        self._head: bytes | None = None  # of an answer by HTTP, while it is not complete
+        self._may_ask_s = self._position_s = self._asked_s = -math.inf
+        self._wait_s = 0.0
         self._asked = self._refused = False
         self.trouble = ""
 
     def request(self, is_open: bool, now_s: float) -> bytes:
         """What to send now; b'' for nothing. `is_open`: whether the line is open."""
+        if self._was_open and not is_open and self._asked and not self._refused:
+            self._hung_up(now_s)
         anew = not self._was_open or (self._refused and now_s >= self._may_ask_s)  # not every caster hangs up
         if is_open and anew:
             self._header, self._asked, self._refused = b"", False, False
         self._was_open = is_open
         if not is_open or self._asked or now_s < self._may_ask_s:
             return b""
-        self._asked = True
+        self._asked, self._asked_s = True, now_s
         config = self._config
         lines = [f"GET /{config.mountpoint} HTTP/1.0", "User-Agent: NTRIP usv-companion/0.1"]
         if config.user is not None:
@@ -259,10 +265,16 @@ class Caster:
             )
         return ("\r\n".join(lines) + "\r\n\r\n").encode("ascii")
 
+    def _hung_up(self, now_s: float) -> None:
+        """The line ended: soon after the request, the next one waits, twice as long each time."""
+        soon = now_s - self._asked_s < _SOON_S
+        self._wait_s = min(_PATIENCE_S, max(_FIRST_WAIT_S, 2.0 * self._wait_s)) if soon else 0.0
+        self._may_ask_s = now_s + self._wait_s
+
     def stream(self, data: bytes, now_s: float) -> bytes:
         """The part of the bytes that may be RTCM."""
         if self._header is None:
-            return data
+            return self._unless_table(data, now_s)
         if self._refused:
             return b""  # the rest of that answer
         self._header += data
@@ -273,15 +285,28 @@ class Caster:
         words = text.split()
         if len(words) >= 2 and words[1] == "200" and not text.startswith("SOURCETABLE"):
             self._header, self.trouble = None, ""
-            return rest
+            self._head = end if text.startswith("HTTP/") else None
+            return self._unless_table(rest, now_s)
+        return self._refuse(None if text.startswith("SOURCETABLE") else text, now_s)
+
+    def _unless_table(self, data: bytes, now_s: float) -> bytes:
+        """The bytes of a good answer; none where its head, which may come in pieces, says that a table follows."""
+        if self._head is None:
+            return data
+        self._head += data
+        head, ended, _ = self._head.partition(b"\r\n\r\n")
+        if b"gnss/sourcetable" in head.lower():
+            return self._refuse(None, now_s)
+        if ended or _RTCM_BEGINS in head or len(head) >= _MOST_HEADER:
+            self._head = None
+        return data
+
+    def _refuse(self, text: str | None, now_s: float) -> bytes:
+        """The caster answers with `text`; None: with the table of its mountpoints."""
         self._header, self._refused = b"", True
         self._may_ask_s = now_s + _PATIENCE_S
-        known = (
-            f"the caster has no mountpoint {self._config.mountpoint}"
-            if text.startswith("SOURCETABLE")
-            else f"the caster refuses: {text}"
-        )
-        self.trouble = known
+        none_such = f"the caster has no mountpoint {self._config.mountpoint}"
+        self.trouble = none_such if text is None else f"the caster refuses: {text}"
         return b""
 
     def position_due(self, now_s: float) -> bool:

@@ -165,7 +165,7 @@ _CIRCLE = Rule(
     PlanKind.FENCE,
     position=True,
     ranges=(
-        Range(1, "radius", "give a radius above 0 m", 1e-3),
+        Range(1, "radius", "give a radius above 0 m, up to 20000 km", 1e-3, 2.0e7),  # half round the Earth
         Range(2, "inclusion group", "give a whole number, 0 or more", 0, whole=True),
     ),
 )

@@ -179,6 +179,7 @@ class ObstacleGuard:
         self._cramped_s: float | None = None  # about its hold point since
         self._patience = Patience(parameters)
         self._circles: Floats = np.zeros((0, 3))
+        self._told_blind = False
         self.impossible: str | None = None
 
     def work_with(self, worker: Worker) -> None:
@@ -203,9 +204,12 @@ class ObstacleGuard:
             self.reset()
             self._mode = mode
         guarded = mode.drifts or isinstance(setpoint, PathSetpoint | PoseSetpoint | HeadingSetpoint)
-        if not self._around.on or not guarded or mode.docking or not inputs.nav.position_valid:
+        guarded = guarded and self._around.on and not mode.docking
+        if not guarded or not inputs.nav.position_valid:
             self.reset()
+            self._tell_blind(guarded, inputs.now_s)
             return setpoint
+        self._told_blind = False
         if inputs.now_s - self._looked_s >= _LOOK_S:
             self._looked_s = inputs.now_s
             self._look(mode, inputs, detour)
@@ -228,6 +232,12 @@ class ObstacleGuard:
             return stopped
         mode.excuse()
         return self._out_of_the_way(aside, nav, setpoint.progress)
+
+    def _tell_blind(self, guarded: bool, now_s: float) -> None:
+        """Without a position, what the sensors see has no place."""
+        if guarded and self._around.heard and not self._told_blind:
+            self._told_blind = True
+            self._events.say(now_s, TextKind.ATTENTION, "obstacles_blind", "No position: obstacles are not minded")
 
     # --- looking and planning --------------------------------------------------------------------------------------
 

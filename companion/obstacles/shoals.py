@@ -25,7 +25,8 @@ _LEAST_SAMPLES = 6
 _LEAST_SQUARE_M2 = 1.0
 _RISES = 0.02  # slope of a bottom that surely rises
 _LEVEL_SHARE = 0.02  # of the track's spread, that speaks for a level bottom across it
-_SHALLOW_S = 0.4  # for that long, before it counts: fish and bubbles
+_SHALLOW_S = 0.4  # for that long, and by two readings, before it counts: fish and bubbles
+_ALONE_S = 2.0  # a shallow reading after which none came for that long counts, too: there the sounder finds no bottom
 _GROWTH = 1.5
 _AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
 _MOST_RADIUS_M = 25.0
@@ -58,7 +59,7 @@ class Shoals:
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
         self._shoals: list[_Shoal] = []
         self._shallow_s: float | None = None
-        self._read_s = -math.inf
+        self._read_s = self._first_s = -math.inf  # of the last reading, and of the first shallow one
         self._course: tuple[float, float] | None = None
         self._left_m = math.inf  # for the transducer
         self.way_m = math.inf
@@ -88,8 +89,10 @@ class Shoals:
         if depth.below_transducer_m >= least_m and self.way_m > _MET_M:
             self._shallow_s = self.shallow_m = None
             return
-        self._shallow_s = now_s if self._shallow_s is None else self._shallow_s
-        if now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
+        if self._shallow_s is None:
+            self._shallow_s, self._first_s = now_s, depth.t_s
+        again = depth.t_s > self._first_s or now_s - self._shallow_s >= _ALONE_S
+        if again and now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
             self.shallow_m = self.found = self._under_bow_m(depth.below_transducer_m, least_m)
             self._meet(nav, now_s)
 
@@ -102,8 +105,10 @@ class Shoals:
         self._add(nav.north_m + c * reading.ahead_m, nav.east_m + s * reading.ahead_m, self._length_m, now_s)
 
     def clear(self) -> None:
-        """Forget all shoals."""
+        """Forget all shoals, and the track on which the slope counts."""
         self._shoals.clear()
+        self._track.clear()
+        self._left_m = self.way_m = math.inf
 
     def way_along_m(self, along: tuple[float, float]) -> float:
         """As `way_m` in the direction of the unit vector `along` (north, east). Across the track the bottom counts as

@@ -9,6 +9,8 @@ messages.
 from __future__ import annotations
 
 import contextlib
+import errno
+import math
 import os
 import selectors
 import socket
@@ -31,6 +33,7 @@ _MOST_FRAMES = 20  # that wait for one reader
 _MOST_EVENTS = 200  # that a new reader gets
 _MOST_READERS = 8
 _LONGEST_ADDRESS = 108
+_FULL_S = 0.5  # without a descriptor for a reader that waits
 _EARLY = 0.2  # share of the period by which a tick may be early
 
 Snapshot = Mapping[str, Any]
@@ -111,7 +114,10 @@ class Feed:
         self._listener = _listener(path)
         self._bell = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._selector = selectors.DefaultSelector()
-        self._selector.register(self._listener, selectors.EVENT_READ)
+        self.listens = False
+        """Whether a new reader is let in; not for a moment without a descriptor for it."""
+        self._listens_s = -math.inf  # again from then on
+        self._listen(True)
         self._selector.register(self._bell, selectors.EVENT_READ)
         self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
         self._thread.start()
@@ -158,7 +164,10 @@ class Feed:
 
     def _run(self) -> None:
         while not self._ended:
-            for key, events in self._selector.select():
+            ready = self._selector.select(None if self.listens else _FULL_S)
+            if time.monotonic() >= self._listens_s:
+                self._listen(True)
+            for key, events in ready:
                 if key.fileobj is self._listener:
                     self._accept()
                 elif key.fileobj == self._bell:
@@ -166,9 +175,22 @@ class Feed:
                 elif (reader := self._readers.get(key.fd)) is not None:
                     self._mind(reader, events)
 
+    def _listen(self, on: bool) -> None:
+        if on and not self.listens:
+            self._selector.register(self._listener, selectors.EVENT_READ)
+        elif self.listens and not on:
+            self._selector.unregister(self._listener)
+        self.listens = on
+
     def _accept(self) -> None:
-        with contextlib.suppress(OSError):
+        try:
             connection, _ = self._listener.accept()
+        except OSError as error:
+            if error.errno in (errno.EMFILE, errno.ENFILE):  # it would be ready without end
+                self._listen(False)
+                self._listens_s = time.monotonic() + _FULL_S
+            return
+        with contextlib.suppress(OSError):
             if len(self._readers) >= _MOST_READERS:
                 connection.close()
                 return

@@ -89,7 +89,7 @@ def _always(_s: Situation, _active: bool) -> bool:
 
 
 def _self_steered(s: Situation, _active: bool) -> bool:
-    return s.armed and not s.mode.by_stick
+    return s.armed and not s.mode.by_stick and not s.rests
 
 
 def _by_stick(s: Situation, active: bool) -> bool:
@@ -300,6 +300,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Transmitter is back",
     ),
     Failsafe(
+        "station_lost",  # above sticks_lost: the boat that holds for want of sticks still does this
+        TextKind.ALARM,
+        _ground_stations_silent,
+        _self_steered,
+        "NAV_DLL_ACT",
+        lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
+        "Ground station is back",
+    ),
+    Failsafe(
         "sticks_lost",
         TextKind.ALARM,
         _sticks_silent,
@@ -307,15 +316,6 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "NAV_RCL_ACT",
         lambda _: "Sticks silent",
         "Sticks are back",
-    ),
-    Failsafe(
-        "station_lost",
-        TextKind.ALARM,
-        _ground_stations_silent,
-        _self_steered,
-        "NAV_DLL_ACT",
-        lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
-        "Ground station is back",
     ),
     *(_row_of(mode, declared.failsafe) for mode, declared in DECLARATIONS.items() if declared.failsafe is not None),
     Failsafe(

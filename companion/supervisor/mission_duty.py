@@ -21,7 +21,7 @@ from companion.supervisor.mode_changes import Cause
 
 class MissionDuty:
     """`restore` and `tell_of_new_plan` once a tick, `after(nav, now_s)` when the mission has steered. Remembers the
-    last new plan, and whether the first tick is over."""
+    last new plan, whether the first tick is over, and whether the boat was to rest after its mission."""
 
     def __init__(
         self,
@@ -44,6 +44,12 @@ class MissionDuty:
         self._events = events
         self._replaced: Replaced | None = None
         self._restored = False
+        self._rests = False
+
+    @property
+    def rests(self) -> bool:
+        """Whether the boat has no thrust because its mission has ended and MIS_DONE_ACT is Neutral."""
+        return self._rests and self._helm.stopped and self._helm.cause is Cause.MISSION_END
 
     @property
     def _item(self) -> int:
@@ -137,6 +143,7 @@ class MissionDuty:
         if complete and self._mission.docked and helm.switch(ModeId.DOCK, nav, now_s, cause) is None:
             return
         then = FailsafeAction(int(self._parameters["MIS_DONE_ACT"])) if complete else FailsafeAction.HOLD
+        self._rests = then is FailsafeAction.NEUTRAL
         if then is FailsafeAction.RTL and helm.switch(ModeId.RTL, nav, now_s, cause) is None:
             return
         if then is FailsafeAction.NEUTRAL or helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:

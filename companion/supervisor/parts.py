@@ -255,6 +255,7 @@ class SupervisorParts:
             depth_m=self.hull.depth_m,
             home_share=self.range.need,
             range_short=self.range.short,
+            rests=self.mission_duty.rests,
             fence_preparing=self.fence.preparing,
             sources=self._sources(facts, now_s),
         )

@@ -64,6 +64,7 @@ class Situation:
     home_share: float | None = None  # of the battery, with which the boat gets home; None where not known
     range_short: bool = False  # less is left
     silent_ranges: tuple[str, ...] = ()  # ranging sensors that were heard before
+    rests: bool = False  # without thrust since its mission ended, as MIS_DONE_ACT says
     fence: str | None = None  # what is wrong with the boat's place, or soon will be
 
 

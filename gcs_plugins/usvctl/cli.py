@@ -246,7 +246,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--timeout", type=_positive, default=10.0, metavar="S", help="how long to look for a boat (%(default)g)"
     )
-    parser.add_argument("--yes", action="store_true", help="ask nothing, also at a terminal")
+    _add_yes(parser, False)
     verbs = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_steering(verbs)
     _add_missions(verbs)
@@ -360,7 +360,12 @@ def _add_files(verbs: Any) -> None:
 def _add(verbs: Any, name: str, text: str, command: Command) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = verbs.add_parser(name, help=text)
     parser.set_defaults(command=command)
+    _add_yes(parser, argparse.SUPPRESS)  # which would undo one before the command
     return parser
+
+
+def _add_yes(parser: argparse.ArgumentParser, default: Any) -> None:
+    parser.add_argument("--yes", action="store_true", default=default, help="ask nothing, also at a terminal")
 
 
 def _add_wait(parser: argparse.ArgumentParser, text: str) -> None:

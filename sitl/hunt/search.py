@@ -22,6 +22,7 @@ OPTUNA_MISSING = "a hunt needs optuna: pip install 'usv-companion[sweep]'"
 BROKE_OFF = "broke_off"
 """The property that a run ends without an error of the program."""
 _AT_RANDOM = 24  # runs before a search goes by what it has learned
+_VIOLATED = -1.0  # as a share of what is far
 _FAR = 1e6  # of a run that does not have the property, or whose violation is known
 
 
@@ -135,13 +136,19 @@ class Search:
         return self._optuna.trial.create_trial(params=trial.params, distributions=trial.distributions, value=value)
 
     def _value(self, prop: str, run: Run, margins: Mapping[str, float]) -> float:
-        margin = margins.get(prop, math.inf)
+        margin = _clear(margins.get(prop, math.inf))
         return margin if math.isfinite(margin) and not self.is_known(prop, run) else _FAR
 
 
 def violations(row: Row) -> list[str]:
     """The properties that a run violates, the clearest first."""
-    return sorted((prop for prop, margin in margins_of(row).items() if margin <= 0.0), key=lambda p: margins_of(row)[p])
+    found = {prop: _clear(margin) for prop, margin in margins_of(row).items()}
+    return sorted((prop for prop, margin in found.items() if margin <= 0.0), key=lambda prop: found[prop])
+
+
+def _clear(margin: float) -> float:
+    """A margin, as a number: one that is none is violated by far."""
+    return _VIOLATED if math.isnan(margin) else margin
 
 
 def nearest(rows: Iterable[Row]) -> dict[str, Row]:
@@ -149,7 +156,7 @@ def nearest(rows: Iterable[Row]) -> dict[str, Row]:
     found: dict[str, Row] = {}
     for row in rows:
         for prop, margin in margins_of(row).items():
-            if prop not in found or margin < margins_of(found[prop])[prop]:
+            if prop not in found or _clear(margin) < _clear(margins_of(found[prop])[prop]):
                 found[prop] = row
     return dict(sorted(found.items()))
 
@@ -159,6 +166,9 @@ def counts(rows: Sequence[Row]) -> dict[str, tuple[int, int]]:
     every = [margins_of(row) for row in rows]
     names = sorted({prop for margins in every for prop in margins})
     return {
-        prop: (sum(margins.get(prop, 1.0) <= 0.0 for margins in every), sum(prop in margins for margins in every))
+        prop: (
+            sum(_clear(margins.get(prop, 1.0)) <= 0.0 for margins in every),
+            sum(prop in margins for margins in every),
+        )
         for prop in names
     }

@@ -158,7 +158,13 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
             "m",
             at_least=True,
         ),
-        Check(f"the hull stays short of the line{but}", metrics["hull_short_of_line_m"], -beyond_m, "m", at_least=True),
+        Check(
+            f"the hull stays short of the line{but}",
+            metrics["hull_short_of_line_m"],
+            0.0 - beyond_m,
+            "m",
+            at_least=True,
+        ),
         *_at_rest(metrics, asked),
         Check("breaches reported", metrics["breaches"], 0.0 if beyond_m <= half_m else 2.0, ""),
     )

@@ -74,8 +74,8 @@ def margins_of(voyage: Voyage) -> list[Margin]:
 
 
 def violated(margins: Sequence[Margin]) -> list[Margin]:
-    """Those that are at or below 0."""
-    return [margin for margin in margins if margin.value <= 0.0]
+    """Those that are at or below 0, or no number."""
+    return [margin for margin in margins if not margin.value > 0.0]
 
 
 # --- distances -----------------------------------------------------------------------------------------------------

@@ -54,7 +54,8 @@ def ranges_of(
 def reading_of(
     message: Any, source: str, t_s: float, offset_rad: float = 0.0, x_m: float = 0.0, y_m: float = 0.0
 ) -> Reading | None:
-    """What a DISTANCE_SENSOR measures: one sector around, or the depth below; None for other directions."""
+    """What a DISTANCE_SENSOR measures: one sector around, or the depth below; None for other directions. One that sees
+    nothing tells its max_distance: the message has no other value for that."""
     turn, signal = int(message.orientation), message.signal_quality != _NO_SIGNAL
     if turn == _DOWN:
         measured = signal and message.min_distance <= message.current_distance < message.max_distance
@@ -66,12 +67,12 @@ def reading_of(
     width = message.horizontal_fov if told else _BEAM_RAD
     first = _EIGHTH_RAD * turn + offset_rad
     least_m, most_m = message.min_distance * _CM, message.max_distance * _CM
-    distance_m = _distance_m(message.current_distance, message.max_distance) if signal else math.nan
+    distance_m = _distance_m(message.current_distance, message.max_distance - 1) if signal else math.nan
     return Ranges(t_s, source, first, width, least_m, most_m, False, x_m, y_m, (distance_m,))
 
 
 def _distance_m(cm: int, most_cm: int) -> float:
-    """NaN where it is not known, infinite where nothing is in reach (beyond max_distance)."""
+    """NaN where it is not known, infinite where nothing is in reach (beyond `most_cm`)."""
     if cm == _UNKNOWN:
         return math.nan
     return math.inf if cm > most_cm else cm * _CM

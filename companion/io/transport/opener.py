@@ -213,6 +213,7 @@ class TcpServerLine(TcpLine):
     """`tcpin`: one peer at a time. A newer connection replaces the older, which may be dead without a sign."""
 
     _listener: socket.socket | None = None
+    _full = False  # a peer waits, and there is no descriptor for it
 
     def _open_socket(self) -> None:
         if self._listener is None:
@@ -230,14 +231,27 @@ class TcpServerLine(TcpLine):
 
     def _connected(self, now_s: float) -> bool:
         assert self._listener is not None
+        self._full = False
         with contextlib.suppress(BlockingIOError, InterruptedError, ConnectionError):
-            newer, _ = self._listener.accept()
+            newer = self._accepted(self._listener)
+            if newer is None:
+                return self._socket is not None
             newer.setblocking(False)
             newer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             notice_loss(newer)
             self._hang_up()
             self._socket = newer
         return self._socket is not None
+
+    def _accepted(self, listener: socket.socket) -> socket.socket | None:
+        """The peer that waits; None while there is no descriptor for it: the one that is there stays."""
+        try:
+            return listener.accept()[0]
+        except OSError as error:
+            self._full = error.errno in (errno.EMFILE, errno.ENFILE)
+            if not self._full:
+                raise
+        return None
 
     def _hang_up(self) -> None:
         self._pending = b""
@@ -249,7 +263,7 @@ class TcpServerLine(TcpLine):
     def _descriptor(self) -> int | None:
         if self._socket is not None:
             return super()._descriptor()
-        return None if self._listener is None else self._listener.fileno()
+        return None if self._listener is None or self._full else self._listener.fileno()  # full: wake nobody
 
     def fault(self) -> str | None:
         """See `ByteStream`; "waiting" until a device has connected."""

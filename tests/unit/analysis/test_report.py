@@ -280,6 +280,17 @@ def test_the_verdicts_are_what_the_log_says(sailed: Path, tmp_path: Path) -> Non
     assert lines["links"].text == "system 255: 10 missing (10.0 %)"
 
 
+def test_a_simulated_time_that_waited_for_the_computer_was_not_in_time(sailed: Path, tmp_path: Path) -> None:
+    """In green it said: every tick in time; load 95 % of the time under 329 %."""
+    log = shutil.copytree(sailed, tmp_path / "fast")
+    rows = [row.split(",") for row in (log / "ticks.csv").read_text(encoding="utf-8").splitlines()]
+    for row in rows[1:]:
+        row[rows[0].index("load")] = "3.290"
+    (log / "ticks.csv").write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+    (line,) = (one for one in verdicts(read_log(log), []) if one.subject == "lateness")
+    assert line.level is Level.NOTE and line.text.startswith("the simulated time waited") and "3.3 times" in line.text
+
+
 def test_the_checks_of_a_scenario_and_its_picture_stand_on_top(sailed: Path, tmp_path: Path) -> None:
     log = shutil.copytree(sailed, tmp_path / "log")
     checks = [

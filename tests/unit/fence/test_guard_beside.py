@@ -32,6 +32,8 @@ def test_a_boat_armed_close_along_a_quay_is_stopped_before_the_line_at_its_end(
             break
     assert boat.status.mode is mode
     assert speed_mps == 0.0 or 38.0 <= north_m <= 42.0, "a stop from 1 m/s takes some 7 m"
+    if speed_mps > 0.0:
+        assert f"Fence {50.0 - north_m:.0f} m ahead: Hold" in boat.texts(), "not how far the quay is"
 
 
 def test_away_from_the_near_line_it_is_left_to_the_operator(boat: Boat) -> None:

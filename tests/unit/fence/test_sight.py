@@ -105,3 +105,18 @@ def test_an_invalid_position_changes_nothing(boat: Boat) -> None:
     boat.nav = replace(boat.nav, position_valid=False, north_m=math.nan, east_m=math.nan)
     boat.step(1.0)
     assert boat.status.fence is not None and not boat.status.fence.breached and boat.status.mode is ModeId.MANUAL
+
+
+@pytest.mark.parametrize("broken", [{"north_m": math.nan, "surge_mps": math.nan}, {"yaw_rad": math.inf}])
+@pytest.mark.parametrize("known", [True, False])
+def test_an_estimate_that_is_no_number_ends_no_run_within_a_fence(
+    boat: Boat, broken: dict[str, float], known: bool
+) -> None:
+    """In Manual the place is reckoned on, and a course was asked of a heading that was infinite: the tick raised."""
+    fence(boat)
+    armed_in(boat, ModeId.MANUAL)
+    at(boat, 40.0, 0.0, north_mps=1.0)
+    boat.pinned = True
+    boat.nav = replace(boat.nav, position_valid=known, **broken)
+    boat.step(1.0)
+    assert boat.status.mode is ModeId.MANUAL and ("north_m" in broken) == ("fence_blind" in boat.names())

@@ -128,6 +128,7 @@ def test_at_a_terminal_it_asks_before_what_is_not_safe_at_once(
     [
         (("arm",), Terminal("y\n")),
         (("--yes", "arm"), Terminal("")),
+        (("arm", "--yes"), Terminal("")),
         (("arm",), io.StringIO("")),  # a script
         (("hold",), Terminal("")),
         (("stop",), Terminal("")),
@@ -140,7 +141,7 @@ def test_what_is_confirmed_safe_or_asked_by_a_script_is_sent(
     monkeypatch.setattr(sys, "stdin", stdin)
     boat = SimpleNamespace(do=sent.append)
     monkeypatch.setattr("gcs_plugins.usvctl.boat.connected", lambda link, timeout_s: nullcontext(boat))
-    assert main(words) == 0 and sent == [words[-1]]
+    assert main(words) == 0 and sent == [word for word in words if word != "--yes"]
 
 
 def test_without_mavsdk_it_says_how_to_get_it(

@@ -4,6 +4,7 @@ people are told."""
 from __future__ import annotations
 
 import base64
+import itertools
 import os
 import socket
 import tty
@@ -18,7 +19,7 @@ from companion.config.streams import CorrectionsConfig, stream_problems
 from companion.config.vessel import ConfigError, as_dict, find, load, parse
 from companion.core.decision import TextKind
 from companion.core.readings import Measurement
-from companion.io.corrections import CorrectionsRelay, CorrectionsSource
+from companion.io.corrections import Caster, CorrectionsRelay, CorrectionsSource
 from companion.io.transport.opener import TransportOpener
 from tests.unit.io.test_rtcm import STATION, frame
 from tests.unit.record.ticks import tick
@@ -251,6 +252,8 @@ def test_a_caster_that_refuses_is_asked_again_only_after_a_while(reply: bytes, s
     ("pieces", "said"),
     [
         ((b"SOURCETABLE 200 OK\r\n", b"\r\nSTR;OTHER;\r\n"), "the caster has no mountpoint BASE"),
+        ((b"HTTP/1.1 200 OK\r\n", b"Content-Type: gnss/sourcetable\r\n\r\nSTR;"), "the caster has no mountpoint BASE"),
+        ((b"HTTP/1.1 200 OK\r\nServer: x\r\nContent-Type: GNSS/source", b"table\r\n"), "the caster has no mountpoint"),
         ((b"HTTP/1.0 403 Forbidden\r\n", b"the limit of 200 users\r\n"), "the caster refuses: HTTP/1.0 403 Forbidden"),
     ],
 )
@@ -262,6 +265,37 @@ def test_a_refusal_that_comes_in_pieces_is_told_by_its_first_line(pieces: Sequen
         caster.pump()
     assert caster.source.health(caster.now_s).text.startswith(said)
     caster.close(connection)
+
+
+@pytest.mark.parametrize("head", [b"HTTP/1.1 200 OK\r\n\r\n", b"HTTP/1.1 200 OK\r\nContent-Type: gnss/data\r\n\r\n"])
+def test_an_answer_by_http_with_data_is_good(head: bytes) -> None:
+    caster = FakeCaster(mountpoint="BASE")
+    connection = caster.accept()
+    for piece in (head, STATION):
+        connection.sendall(piece)
+        caster.pump()
+    assert caster.desk.got() == STATION and not caster.source.health(caster.now_s).text.startswith("the caster")
+    caster.close(connection)
+
+
+@pytest.mark.parametrize("answer", [b"", b"ICY 200 OK\r\n\r\n"])
+def test_a_caster_that_hangs_up_at_once_is_asked_less_and_less_often(answer: bytes) -> None:
+    """It was asked again every half second, all day long."""
+    caster = Caster(CorrectionsConfig("tcpout:127.0.0.1:1", mountpoint="BASE"))
+    asked: list[float] = []
+    for tenth in range(1200):
+        is_open, now_s = tenth % 6 != 0, 0.1 * tenth  # closed for a tick in six, where it would be opened again
+        if caster.request(is_open, now_s):
+            asked.append(now_s)
+            caster.stream(answer, now_s)
+    waits = [late - soon for soon, late in itertools.pairwise(asked)]
+    assert 5 <= len(asked) <= 9 and waits == sorted(waits) and waits[0] < 3.0 and waits[-1] > 25.0
+
+
+def test_a_caster_that_hangs_up_after_long_service_is_asked_at_once() -> None:
+    caster = Caster(CorrectionsConfig("tcpout:127.0.0.1:1", mountpoint="BASE"))
+    assert caster.request(True, 0.0)
+    assert not caster.request(False, 60.0) and caster.request(True, 60.5)
 
 
 def test_a_caster_that_refuses_and_does_not_hang_up_is_asked_again() -> None:

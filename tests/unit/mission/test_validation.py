@@ -127,6 +127,8 @@ def test_refused_from_a_mission(item: PlanItem, result: PlanResult, words: str) 
         (PlanKind.FENCE, _item(5003, 50.0, 2.0), None),
         (PlanKind.FENCE, _item(5003, 0.0, 0.0), None),
         (PlanKind.FENCE, _item(5004, -5.0, 0.0), PlanResult.INVALID_PARAM1),
+        (PlanKind.FENCE, _item(5003, 3.0e38, 0.0), PlanResult.INVALID_PARAM1),
+        (PlanKind.FENCE, _item(5003, 2.0e7, 0.0), None),
         (PlanKind.FENCE, _item(5004, 5.0, 0.0, frame=2), PlanResult.UNSUPPORTED_FRAME),
         (PlanKind.FENCE, _item(5000, z=_NAN), None),
         (PlanKind.FENCE, WAYPOINT, PlanResult.UNSUPPORTED),

@@ -37,6 +37,7 @@ class Seen:
     passing: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     moving: list[Contact] = field(default_factory=list)
     on: bool = True
+    heard: bool = True
     shoals: NoShoals = field(default_factory=NoShoals)
 
     def lying(self, now_s: float) -> Floats:

@@ -47,6 +47,14 @@ def test_a_boat_too_near_may_lead_away_but_not_through() -> None:
     assert math.isinf(chart.free_m([(30.0, 0.0), (0.0, 0.0)]))  # drawn upon the land: the way out
 
 
+def test_a_way_that_goes_over_itself_is_judged_leg_by_leg() -> None:
+    """One that went back and forth where it is too near, and then away, was refused."""
+    chart = water(ISLAND)
+    assert chart.line_refusal([(18.5, 0.0), (17.0, 0.0), (18.0, 0.0), (0.0, 0.0)]) is None
+    assert chart.line_refusal([(18.5, 0.0), (0.0, 0.0), (18.5, 0.0)]) == "way crosses a chart obstacle"
+    assert chart.line_refusal([(18.5, 0.0), (0.0, 0.0), (17.0, 0.0), (0.0, 0.0)]) == "way crosses a chart obstacle"
+
+
 def test_the_boat_stops_before_it_and_may_always_leave() -> None:
     chart = water(ISLAND)
     assert chart.stop_m((0.0, 0.0), (1.0, 0.0)) == pytest.approx(20.0 - 1.9, abs=0.02)

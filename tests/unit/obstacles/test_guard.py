@@ -129,6 +129,20 @@ def test_the_stick_in_heading_is_governed() -> None:
     assert bridge.steer(astern, Sailing(), **motion(0.0, 0.0)) == astern
 
 
+def test_without_a_position_heading_says_once_that_obstacles_are_not_minded() -> None:
+    """The boat ran on at a stone that it saw, without a word."""
+    bridge = Bridge((4.0, 0.0, 1.0))
+    full = HeadingSetpoint(0.0, Wrench(200.0, 0.0, 0.0))
+    blind = {"position_valid": False, **motion(1.0, 0.0)}
+    for _ in range(3):
+        assert bridge.steer(full, Sailing(), **blind) == full
+    assert bridge.texts() == ["No position: obstacles are not minded"]
+    bridge.seen.heard = False
+    bridge.steer(full, Sailing(), **motion(1.0, 0.0))
+    bridge.steer(full, Sailing(), **blind)
+    assert not bridge.texts(), "no sensor looks for any"
+
+
 def test_the_stick_aside_is_governed_where_there_is_thrust_aside() -> None:
     """A stone abeam: only the force ahead was limited."""
     bridge = Bridge((0.0, 5.0, 1.0), config=load(find("aboat")))

@@ -106,3 +106,35 @@ def test_a_sounder_that_looks_ahead_puts_the_shoal_there() -> None:
     watch.take_ahead(DepthAhead(0.5, "sonar", 4.0, 12.0), nav, 0.5)
     [(north_m, east_m, _)] = watch.circles
     assert (north_m, east_m) == pytest.approx((0.0, 12.0))
+
+
+def at_1_hz(watch: Shoals, *depths_m: float) -> None:
+    """At rest with ten ticks to each reading."""
+    for tick in range(10 * len(depths_m)):
+        watch.update(Depth(float(tick // 10), "sounder", depths_m[tick // 10]), AT_REST, 0.1 * tick)
+
+
+def test_one_reading_of_a_slow_sounder_is_no_shoal() -> None:
+    """A fish under the transducer for one reading at 1 Hz: the boat turned back."""
+    fish, bank = shoals(), shoals()
+    at_1_hz(fish, 5.0, 0.6, 5.0)
+    at_1_hz(bank, 5.0, 0.6, 0.7)
+    assert not fish.circles and bank.circles
+
+
+def test_a_shallow_reading_after_which_none_comes_is_a_shoal() -> None:
+    watch = shoals()
+    for tick in range(30):
+        watch.update(Depth(0.0, "sounder", 0.6), AT_REST, 0.1 * tick)
+    assert watch.circles
+
+
+def test_after_a_jump_of_the_position_the_slope_begins_anew() -> None:
+    """Depths before it and after it made a slope that is nowhere."""
+    watch = shoals()
+    sail(watch, [6.0 - 0.1 * k for k in range(20)])
+    assert math.isfinite(watch.way_m)
+    watch.clear()
+    assert math.isinf(watch.way_m) and math.isinf(watch.way_along_m((1.0, 0.0)))
+    watch.update(Depth(10.0, "sounder", 4.0), replace(AT_REST, north_m=40.0, north_mps=1.0), 10.0)
+    assert math.isinf(watch.way_m)

@@ -17,6 +17,7 @@ from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, PoseSe
 from companion.record.feed import SOCKET, Feed, address_of
 from companion.record.feed_schema import MORE, TickEncoder, finite, more
 from companion.record.recorder import tick_columns, tick_row
+from tests.shortage import Shortage
 from tests.unit.record.ticks import tick
 from tests.waiting import wait_until
 
@@ -182,3 +183,14 @@ def test_the_encoder_keeps_whole_numbers_whole() -> None:
     encoder = TickEncoder(THRUSTERS, DEVICES)
     message = encoder.message(tick(1.0), 1, 0)
     assert message["row"]["time_unix_ns"] == 1_780_000_001_000_000_000
+
+
+def test_without_descriptors_a_reader_waits_and_the_thread_does_not_turn_without_end(tmp_path: Path) -> None:
+    boat = Boat(tmp_path)
+    with socket.socket(socket.AF_UNIX) as waiting, address_of(boat.path) as address:
+        with Shortage():
+            waiting.connect(address)
+            wait_until(lambda: not boat.feed.listens, "it listens no more for a while")
+        waiting.settimeout(60.0)
+        assert waiting.recv(1), "it gets in"
+    boat.feed.close()

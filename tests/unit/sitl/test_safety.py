@@ -11,7 +11,7 @@ import pytest
 from companion.config.vessel import find, load
 from sitl.obstacles import Obstacles, RoundObstacle, Wall
 from sitl.scenarios.measure import EventRow
-from sitl.scenarios.safety import PROPERTIES, margins_of, violated
+from sitl.scenarios.safety import PROPERTIES, Margin, margins_of, violated
 from sitl.scenarios.voyage import Leader, Voyage
 from sitl.traffic import ScriptedVessel
 
@@ -56,6 +56,10 @@ def test_a_voyage_in_empty_water_has_few_properties_and_violates_none() -> None:
     found = margins_of(voyage())
     assert {one.name for one in found} == {"headway", "circling", "disarmed"} and not violated(found)
     assert [one.name for one in found] == [name for name in PROPERTIES if name in {"headway", "circling", "disarmed"}]
+
+
+def test_a_margin_that_is_no_number_is_violated() -> None:
+    assert [one.name for one in violated([Margin("fence", math.nan, "m", 1.0, 0.0)])] == ["fence"]
 
 
 def test_the_bow_at_the_fence() -> None:

@@ -42,6 +42,7 @@ def test_a_hull_that_lies_across_reaches_to_the_line_with_its_side(yaw_deg: floa
     corners = [1.5 * along * math.cos(yaw_rad) - across * math.sin(yaw_rad) for along in (-1, 1) for across in (-1, 1)]
     check = judged("fence_stop", tmp_path, asked)["the hull stays short of the line"]
     assert check.value == pytest.approx(2.0 - max(corners))
+    assert f"{check.limit:g}" == "0", "it said: at least -0"
 
 
 @pytest.mark.parametrize(

@@ -138,6 +138,27 @@ def test_go_to_is_given_up_when_the_station_falls_silent(boat: Boat) -> None:
     assert boat.status.mode is ModeId.HOLD and boat.away_m(0.0, 0.0) < 12.0 and isinstance(boat.setpoint, PoseSetpoint)
 
 
+def test_a_boat_that_rests_after_its_mission_starts_no_thrusters_when_the_station_leaves(
+    make_boat: Callable[..., Boat],
+) -> None:
+    """MIS_DONE_ACT 3: ten seconds after the tablet was switched off its thrusters started, to hold."""
+    boat = make_boat(MIS_DONE_ACT=FailsafeAction.NEUTRAL)
+    boat.upload((10.0, 0.0))
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step(60.0)
+    assert "Mission complete" in boat.texts() and isinstance(boat.setpoint, NeutralSetpoint)
+    boat.station = False
+    boat.step(15.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.failsafes == ()
+    boat.station = True
+    boat.step()
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.station = False
+    boat.step(11.0)
+    assert boat.status.failsafes == ("station_lost",), "it steers by itself again"
+
+
 def test_a_boat_on_its_way_home_is_not_stopped_by_hold(boat: Boat) -> None:
     sail(boat)
     boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
@@ -175,6 +196,34 @@ def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
     boat.step(0.2)
     assert boat.status.mode is ModeId.HOLD and boat.status.failsafes == () and "sticks_lost_over" in boat.names()
     assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+
+
+def test_a_boat_that_holds_for_want_of_sticks_still_minds_the_station(make_boat: Callable[..., Boat]) -> None:
+    """Everything silent in Manual: it held for good, whatever NAV_DLL_ACT said."""
+    boat = make_boat(NAV_DLL_ACT=FailsafeAction.RTL)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.supervisor.arm(boat.now_s)
+    boat.step()
+    boat.sticks, boat.station = None, False
+    boat.step(5.0)
+    assert boat.status.mode is ModeId.HOLD and boat.status.failsafes == ("sticks_lost",)
+    boat.step(6.0)
+    assert boat.status.mode is ModeId.RTL and boat.status.failsafes == ("station_lost", "sticks_lost")
+    boat.sticks, boat.station = (0.0, 0.0, 0.0), True
+    boat.step()
+    assert boat.status.mode is ModeId.RTL and boat.status.failsafes == ()
+
+
+def test_a_boat_that_an_operator_took_over_stays_where_it_was_put(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(NAV_DLL_ACT=FailsafeAction.RTL)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.supervisor.arm(boat.now_s)
+    boat.step()
+    boat.sticks, boat.station = None, False
+    boat.step(11.0)
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step(11.0)
+    assert boat.status.mode is ModeId.HOLD
 
 
 @pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.RATE, ModeId.HEADING])

@@ -8,6 +8,7 @@ answers with another session than its own.
 
 from __future__ import annotations
 
+import contextlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
@@ -371,13 +372,22 @@ def _refusal(request: FtpRequest) -> FtpError | None:
 
 
 def _listing(request: FtpRequest, entries: Sequence[Entry] | None) -> bytes:
-    """The answer to a listing: entries from number `offset` on, as many as fit."""
+    """The answer to a listing: entries from number `offset` on, as many as fit. A name that no request could ask for,
+    too long or not UTF-8, is left out."""
     if entries is None:
         return nak(request, FtpError.FILE_NOT_FOUND)
     data = b""
-    for entry in entries[request.offset :]:
-        row = (f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}").encode() + b"\0"
+    rows = [row for entry in entries if (row := _row(entry)) is not None]
+    for row in rows[request.offset :]:
         if len(data) + len(row) > LARGEST_DATA:
             break
         data += row
     return ack(request, data) if data else nak(request, FtpError.EOF)
+
+
+def _row(entry: Entry) -> bytes | None:
+    """The entry as a client gets it; None where that is impossible."""
+    with contextlib.suppress(UnicodeEncodeError):
+        row = (f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}").encode() + b"\0"
+        return row if len(row) <= LARGEST_DATA else None
+    return None

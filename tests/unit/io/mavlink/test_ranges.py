@@ -68,7 +68,14 @@ def test_a_single_sensor_looks_where_it_is_mounted() -> None:
     found = reading_of(one(mavlink.MAV_SENSOR_ROTATION_YAW_90, 1234), "sonar", 2.0)
     assert isinstance(found, Ranges) and found.distances_m == (12.34,)
     assert (found.first_rad, found.step_rad) == pytest.approx((0.5 * math.pi, 0.1))
-    nothing = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, 3001), "sonar", 2.0)
+    last = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, 2999), "sonar", 2.0)
+    assert isinstance(last, Ranges) and last.distances_m[0] == pytest.approx(29.99)
+
+
+@pytest.mark.parametrize("cm", [3000, 3001])
+def test_a_single_sensor_that_sees_nothing_tells_its_reach_or_more(cm: int) -> None:
+    """At 30 m, its max_distance, there seemed to be an obstacle wherever it looked."""
+    nothing = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, cm), "sonar", 2.0)
     assert isinstance(nothing, Ranges) and math.isinf(nothing.distances_m[0])
 
 

@@ -11,6 +11,7 @@ import pytest
 from companion.io.transport.line import Line
 from companion.io.transport.opener import TransportOpener
 from companion.io.transport.urls import PortUrl, TransportError, parse_url
+from tests.shortage import Shortage
 from tests.unit.io.lines import Terminal, address_of, opened, slept_s, text_of, wait_readable
 from tests.waiting import CAP_S, wait_until
 
@@ -168,6 +169,39 @@ def test_udp_to_nobody_is_no_fault() -> None:
             line.write(b"hello?", float(k))
             assert not line.read(float(k))
         assert line.fault() is None
+
+
+def test_without_descriptors_a_newer_connection_waits_and_the_older_stays() -> None:
+    """The good connection was hung up for the want of a descriptor for another."""
+    with (
+        opened("tcpin:127.0.0.1:0") as server,
+        socket.socket() as newer,
+        socket.create_connection(address_of(server)) as client,
+    ):
+        wait_readable(server)
+        server.read(0.0)
+        address = address_of(server)
+        with Shortage():
+            newer.connect(address)
+            client.sendall(b"hello")
+            wait_readable(server)
+            assert text_of(server, 0.1) == b"hello" and server.fault() is None
+            server.write(b"there", 0.2)
+            assert client.recv(10) == b"there"
+        newer.sendall(b"new")
+        wait_until(lambda: text_of(server, 0.3) == b"new", "the newer connection is heard")
+
+
+def test_without_descriptors_a_connection_that_waits_does_not_wake_the_loop() -> None:
+    with opened("tcpin:127.0.0.1:0") as server, socket.socket() as client:
+        address = address_of(server)
+        with Shortage():
+            client.connect(address)
+            wait_readable(server)
+            server.read(0.0)
+            assert server.fileno() is None and "waiting for the device" in (server.fault() or "")
+        client.sendall(b"hello")
+        wait_until(lambda: text_of(server, 0.1) == b"hello", "it gets in")
 
 
 def test_tcp_server_takes_a_newer_connection_and_goes_on_after_a_loss() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from sitl.hunt.hunting import Finding, Sailor, hunt
@@ -59,6 +60,15 @@ def test_a_run_that_an_error_ends_violates_that() -> None:
     assert violations(broken) == [BROKE_OFF]
     timeout = row_of(key_of(run), run, {"ok": False, "error": "docked: not within 400 s", "margins": []}, None, 0.0)
     assert violations(timeout) == [BROKE_OFF]
+
+
+def test_a_margin_that_is_no_number_is_a_violation() -> None:
+    """The boat was nowhere, and the hunt took that for good."""
+    _, run = Search(box(), 0).ask()
+    margins = [{"name": "fence", "value": math.nan}, {"name": "disarmed", "value": -0.1}]
+    lost = row_of(key_of(run), run, {"ok": False, "margins": margins, "metrics": {}, "checks": []}, None, 0.0)
+    assert violations(lost) == ["fence", "disarmed"]
+    assert nearest([row(run), lost])["fence"] is lost and counts([row(run), lost])["fence"] == (1, 2)
 
 
 def test_a_known_violation_is_known_with_more_faults_too() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import lzma
+import os
 import random
 import struct
 import zlib
@@ -160,6 +161,14 @@ def test_the_tree_is_listed(client: Client) -> None:
     assert len(runs) == 13 and runs[0] == "Dbig" and "Dway_out" not in runs and not any("secret" in row for row in runs)
     assert client.names("@MAV_LOG") == runs
     assert client.names("logs/big") == ["Fticks.csv\t700001"]
+
+
+def test_a_name_that_cannot_be_told_hides_no_others(client: Client, logs: Path) -> None:
+    """A long one ended the listing, and one that is not UTF-8 made it fail."""
+    for name in (b"a" * 245, b"b\xe9"):
+        (logs / os.fsdecode(name)).mkdir()
+    runs = client.names("/logs/")
+    assert len(runs) == 13 and runs[0] == "Dbig"
 
 
 def test_files_come_whole(client: Client, logs: Path) -> None:

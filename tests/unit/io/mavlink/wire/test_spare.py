@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import resource
 import select
 import socket
 from collections.abc import Iterator
@@ -12,6 +10,7 @@ from typing import Any
 import pytest
 
 from companion.io.mavlink.wire.links import TcpServerLink, open_link
+from tests.shortage import Shortage
 from tests.waiting import CAP_S, wait_until
 
 
@@ -22,29 +21,10 @@ def link() -> Iterator[Any]:
     made.close()
 
 
-class _Shortage:
-    """No descriptor is left to this process, until it ends."""
-
-    def __enter__(self) -> None:
-        self._limits = resource.getrlimit(resource.RLIMIT_NOFILE)
-        self._held = [os.open(os.devnull, os.O_RDONLY)]
-        resource.setrlimit(resource.RLIMIT_NOFILE, (max(self._held) + 16, self._limits[1]))
-        while True:
-            try:
-                self._held.append(os.open(os.devnull, os.O_RDONLY))
-            except OSError:
-                return
-
-    def __exit__(self, *_: object) -> None:
-        resource.setrlimit(resource.RLIMIT_NOFILE, self._limits)
-        for fd in self._held:
-            os.close(fd)
-
-
 def test_without_descriptors_clients_are_turned_away_and_later_they_come_in(link: TcpServerLink) -> None:
     first, second, third = (socket.socket() for _ in range(3))
     with first, second, third:
-        with _Shortage():
+        with Shortage():
             first.connect(link.address)
             wait_until(lambda: select.select(link.filenos(), (), (), 0)[0], "a client waits")
             assert link.receive(0.0) == [] and list(link.news()) == [
@@ -55,7 +35,7 @@ def test_without_descriptors_clients_are_turned_away_and_later_they_come_in(link
             assert first.recv(1) == b""
         second.connect(link.address)
         wait_until(lambda: link.receive(1.0) == [] and len(link.endpoints) == 1, "the next one gets in")
-        with _Shortage():
+        with Shortage():
             third.connect(link.address)
             wait_until(lambda: select.select(link.filenos(), (), (), 0)[0], "another waits")
             link.receive(2.0)
