@@ -17,6 +17,7 @@ from enum import Enum
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
+from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import Point, PoseSetpoint, Progress, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard
@@ -113,6 +114,13 @@ class Docking:
         off_m, _ = berth.place(inputs.nav.north_m, inputs.nav.east_m)
         if inputs.nav.position_valid and off_m + berth.reach_m < 0.0:
             return "boat is behind the berth: go round to its front"
+        return self._fence_refusal(berth, inputs)
+
+    def fence_refusal(self, inputs: ModeInputs) -> str | None:
+        """Return why a new fence ends docking at the present berth, or None. A boat that pushes against it is there."""
+        return None if self.alongside else self._fence_refusal(self._berth, inputs)
+
+    def _fence_refusal(self, berth: Berth, inputs: ModeInputs) -> str | None:
         line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
         if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
             return "way to the berth crosses the fence"
@@ -128,11 +136,9 @@ class Docking:
         self._berth = berth
         self._motion.start(berth)
         self._look_up_most(berth.towards)
-        off_m, along_m = berth.place(nav.north_m, nav.east_m)
         self._free_n = self._sea_n = 0.0
-        aligned = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
-        if abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned:
-            self._press(off_m, 0.0, inputs)
+        if self._lies_alongside(nav):
+            self._press(berth.place(nav.north_m, nav.east_m)[0], 0.0, inputs)
             return None
         self._enter(DockingPhase.GO, inputs.now_s, "Dock: going to the standoff point")
         standoff = berth.pose(berth.standoff_m)
@@ -140,6 +146,22 @@ class Docking:
         self._way = [self._turning_pose(), standoff] if far else [standoff]
         self._go_on(inputs, fresh=True)
         return None
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """Go on at the same berth after the thrusters were in neutral. What was given up stays so. A boat that still
+        lies alongside pushes on, with a failed thruster too. Return a reason if docking is refused, else None."""
+        if self._phase is DockingPhase.ABORTED:
+            self._hold_point.rejoin(inputs.nav)
+            return None
+        if self.alongside and self._lies_alongside(inputs.nav):
+            self._press(self._berth.place(inputs.nav.north_m, inputs.nav.east_m)[0], 0.0, inputs)
+            return None
+        return self.start(self._berth, inputs)
+
+    def _lies_alongside(self, nav: NavState) -> bool:
+        off_m, along_m = self._berth.place(nav.north_m, nav.east_m)
+        aligned = abs(wrap_pi(nav.yaw_rad - self._berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
+        return abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Give up if a rule requires it, then return the setpoint of the present phase."""
