@@ -172,7 +172,7 @@ class OffboardMode(Mode):
         self.limits.watch(inputs.nav, inputs.now_s)
         target = self._target
         assert target is not None  # `enter` refuses without a setpoint
-        if target.is_point or (target.position is not None and target.velocity is None and not self._can_sway):
+        if target.is_point or (target.position is not None and target.stands and not self._can_sway):
             return self._to_point(target, inputs)
         if not self._by_motion:
             self._start_motion(inputs.nav)

@@ -245,6 +245,16 @@ def test_a_jet_goes_to_a_point_and_stays_as_in_hold(jet: Any) -> None:
     )
 
 
+def test_a_jet_takes_a_point_with_no_velocity_for_the_point(jet: Any) -> None:
+    point = OffboardTarget((120.0, 0.0), (0.0, 0.0), yaw_rad=0.0)
+    steered(jet, point, 200.0)
+    jet.nav, jet.pinned = replace(jet.nav, north_m=120.0, east_m=-5.0), True
+    stream(jet, point, 20.0)
+    assert isinstance(jet.setpoint, WrenchSetpoint), "inside its watch circle it drifts"
+    stream(jet, OffboardTarget((120.0, 0.0), (0.5, 0.0), yaw_rad=0.0), 1.0)
+    assert isinstance(jet.setpoint, PathSetpoint)
+
+
 def test_along_the_hull_of_a_boat_without_sideways_thrust(no_sway: Any) -> None:
     rate = math.radians(5.0)
     steered(no_sway, OffboardTarget(velocity=(0.4, 0.3), yaw_rate_radps=rate, body=True, offset=True), 30.0)
