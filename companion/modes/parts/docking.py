@@ -49,6 +49,8 @@ _DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind th
 _SWING_1PS, _SWING_MAX_RAD = 0.05, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
 _LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has left the berth
 _DOCKED_S = 3.0
+_SWING_ROOM_M = 0.3  # to be left between face and hull while the boat turns
+_SWEEP_STEP_RAD, _SWEEP_TOLERANCE_M = math.radians(10.0), 0.05
 
 
 class DockingPhase(Enum):
@@ -82,7 +84,7 @@ class Docking:
         self._motion = Alongside()
         self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
         self._way: list[tuple[float, float, float]] = []
-        self._clearing = False
+        self._clearing = self._far = False
         self._speed_mps = self._free_n = self._sea_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
         self._phase = DockingPhase.GO
         self._since_s = 0.0
@@ -141,9 +143,15 @@ class Docking:
             self._press(berth.place(nav.north_m, nav.east_m)[0], 0.0, inputs)
             return None
         self._enter(DockingPhase.GO, inputs.now_s, "Dock: going to the standoff point")
-        standoff = berth.pose(berth.standoff_m)
-        far = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
-        self._way = [self._turning_pose(), standoff] if far else [standoff]
+        standoff, turning = berth.pose(berth.standoff_m), self._turning_pose()
+        far_m = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m)
+        self._far = far_m > self._parameters["DP_TRANSIT_DIST"]
+        if self._far:
+            self._way = [turning, standoff]
+        elif self._would_swing_into(berth, nav):
+            self._way = [(*turning[:2], nav.yaw_rad), turning, standoff]
+        else:
+            self._way = [standoff]
         self._go_on(inputs, fresh=True)
         return None
 
@@ -157,6 +165,25 @@ class Docking:
             self._press(self._berth.place(inputs.nav.north_m, inputs.nav.east_m)[0], 0.0, inputs)
             return None
         return self.start(self._berth, inputs)
+
+    def _would_swing_into(self, berth: Berth, nav: NavState) -> bool:
+        """Whether bow or stern would come to the face as the boat turns here or at the standoff point. It goes out
+        first then, with its present heading."""
+        turned_rad = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad))
+        steps = math.ceil(turned_rad / _SWEEP_STEP_RAD) + 1
+        reaches_m = [self._reach_m(berth, turned_rad * i / steps) for i in range(steps + 1)]
+        room_m = min(berth.place(nav.north_m, nav.east_m)[0], berth.standoff_m) + berth.reach_m
+        if max(reaches_m) <= reaches_m[-1] + _SWEEP_TOLERANCE_M or max(reaches_m) + _SWING_ROOM_M <= room_m:
+            return False
+        out = [(nav.north_m, nav.east_m), self._turning_pose()[:2]]
+        return self._fence is None or self._fence.allows_berth(out)
+
+    def _reach_m(self, berth: Berth, turned_rad: float) -> float:
+        """How far a hull turned from the berth's heading reaches from its middle towards the face."""
+        c, s = abs(math.cos(turned_rad)), abs(math.sin(turned_rad))
+        half_m = 0.5 * self._config.length_m, 0.5 * self._config.beam_m
+        along, across = half_m if berth.towards[0] else (half_m[1], half_m[0])
+        return c * along + s * across
 
     def _lies_alongside(self, nav: NavState) -> bool:
         off_m, along_m = self._berth.place(nav.north_m, nav.east_m)
@@ -184,7 +211,7 @@ class Docking:
 
     def _go_on(self, inputs: ModeInputs, fresh: bool) -> None:
         north_m, east_m, yaw_rad = self._way.pop(0)
-        self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh)
+        self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh, sideways=not self._far)
 
     def _go(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)

@@ -114,6 +114,17 @@ def test_near_it_goes_in_any_direction(boat: Boat, quay: Quay) -> None:
         assert isinstance(boat.setpoint, PoseSetpoint)
 
 
+def test_bow_the_wrong_way_at_the_quay_it_goes_out_before_it_turns(boat: Boat, quay: Quay) -> None:
+    north_m, east_m, yaw_rad = quay.berth.pose(0.1, 1.0)
+    boat.nav = replace(boat.nav, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad + math.pi)
+    boat.step()
+    dock(boat)
+    while abs(math.remainder(boat.nav.yaw_rad - yaw_rad - math.pi, math.tau)) < 0.1:
+        boat.tick()
+    assert quay.off_m > STANDOFF_M + 0.9 * boat.config.length_m
+    boat.until(said(boat, "dock_align"))
+
+
 def test_it_lines_up_for_as_long_as_it_must(boat: Boat, quay: Quay) -> None:
     boat.parameters.set("DOCK_ALIGN_T", 12.0)
     dock(boat)
@@ -333,9 +344,6 @@ def test_without_a_position_it_cannot_push(boat: Boat, quay: Quay, action: float
     boat.nav = replace(boat.nav, position_valid=False)
     boat.step(10.0)
     assert isinstance(boat.setpoint, NeutralSetpoint)
-
-
-# --- another plan, and a moment without thrusters -------------------------------------------------------------------
 
 
 def silent_for_a_moment(boat: Boat) -> None:
