@@ -119,6 +119,19 @@ def test_a_limit_of_the_stay_acts_as_the_loss_does(
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == (), "a new stay has no limits"
 
 
+def test_a_moment_in_neutral_begins_no_new_stay(boat: Boat) -> None:
+    assert boat.supervisor.limit_offboard(20.0, None).accepted
+    steered(boat, FORWARD, 10.0)
+    boat.silent = {device.name for device in boat.config.actuators}
+    stream(boat, FORWARD, 4.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.silent = set()
+    stream(boat, FORWARD, 3.0)
+    assert isinstance(boat.setpoint, PoseSetpoint) and boat.status.mode is ModeId.OFFBOARD
+    stream(boat, FORWARD, 5.0)
+    assert any("limit of 20 s reached" in text for text in boat.texts()) and boat.status.mode is ModeId.HOLD
+
+
 def test_the_stream_stands_for_a_ground_station(boat: Boat) -> None:
     steered(boat, FORWARD, 40.0)
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == ()
