@@ -122,7 +122,6 @@ def test_bow_the_wrong_way_at_the_quay_it_goes_out_before_it_turns(boat: Boat, q
     while abs(math.remainder(boat.nav.yaw_rad - yaw_rad - math.pi, math.tau)) < 0.1:
         boat.tick()
     assert quay.off_m > STANDOFF_M + 0.9 * boat.config.length_m
-    boat.until(said(boat, "dock_align"))
 
 
 def test_it_lines_up_for_as_long_as_it_must(boat: Boat, quay: Quay) -> None:
@@ -349,7 +348,6 @@ def test_without_a_position_it_cannot_push(boat: Boat, quay: Quay, action: float
 def silent_for_a_moment(boat: Boat) -> None:
     boat.silent = {device.name for device in boat.config.actuators}
     boat.step(4.0)
-    assert isinstance(boat.setpoint, NeutralSetpoint)
     boat.silent = set()
     boat.step(20.0)
 
@@ -598,3 +596,5 @@ def test_a_mission_whose_docking_fails_holds_off_the_berth(boat: Boat, quay: Qua
     boat.until(said(boat, "dock_clear"))
     boat.step(30.0)
     assert boat.status.mission.state is MissionState.ACTIVE and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
+    silent_for_a_moment(boat)
+    assert "dock_refused" not in boat.names() and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
