@@ -101,7 +101,8 @@ class PathSetpoint:
     accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps. `ahead`: the
     poses planned from now on, PATH_STEP_S apart, for laws and thrusters that look ahead. `keeps_place`: the boat keeps
     near a point, and its motion in waves is no error. `over_ground`: speed and heading are all that is asked for,
-    no track beside them corrects what wind and stream do."""
+    no track beside them corrects what wind and stream do. `by_rate`: the yaw rate is asked for, and the heading leads
+    the bow by what is missing of it; it is no course."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -115,6 +116,7 @@ class PathSetpoint:
     ahead: tuple[PlannedPose, ...] = ()
     keeps_place: bool = False
     over_ground: bool = False
+    by_rate: bool = False
 
 
 def braked(setpoint: PathSetpoint, share: float, braking_mps2: float = 0.0) -> PathSetpoint:

@@ -105,6 +105,8 @@ class Sailor:
         if isinstance(setpoint, PoseSetpoint):
             bearing_rad = math.atan2(setpoint.east_m - nav.east_m, setpoint.north_m - nav.north_m)
             setpoint = PathSetpoint(bearing_rad, setpoint.surge_mps, progress=setpoint.progress)
+        if isinstance(setpoint, PathSetpoint) and setpoint.by_rate:
+            setpoint = self._at_rate(setpoint, nav)
         if not isinstance(setpoint, PathSetpoint) or self._motor.drives:
             self._beats = self._asked = False
             self._turn.reset()
@@ -126,6 +128,13 @@ class Sailor:
         drive_n = self._config.limits.surge_n if gathers else self._drive_n(setpoint.surge_mps, nav)
         wrench = ZERO_WRENCH if self._turn.luffs(nav) else Wrench(drive_n, 0.0, 0.0)
         return HeadingSetpoint(yaw_rad, wrench, progress=setpoint.progress)
+
+    def _at_rate(self, setpoint: PathSetpoint, nav: NavState) -> HeadingSetpoint | NeutralSetpoint:
+        """A turn rate of the sticks, with the drive for their speed."""
+        if not self._wind.known and not self._motor.drives:
+            return NeutralSetpoint(setpoint.progress)
+        wrench = Wrench(self._drive_n(setpoint.surge_mps, nav), 0.0, 0.0)
+        return HeadingSetpoint(setpoint.yaw_rad, wrench, setpoint.yaw_rate_radps, setpoint.progress)
 
     def _by_motor(self, setpoint: PathSetpoint, nav: NavState, dt_s: float) -> HeadingSetpoint:
         """Straight to the goal, whatever the wind."""

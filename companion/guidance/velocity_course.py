@@ -16,7 +16,7 @@ from companion.guidance.motion_request import MotionRequest, Pair
 from companion.guidance.sideslip import SteeredHull
 from companion.params.store import Parameters
 
-_STANDING_MPS = 0.05  # a slower request means to stand still
+STANDING_MPS = 0.05  # a slower request means to stand still
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points off the course
 _POINT_RATE_1PS = 0.25
 _LARGEST_LEAD_RAD = math.radians(45.0)
@@ -58,7 +58,7 @@ class VelocityCourse:
             return self._by_the_hull(ahead, wanted, nav, dt_s)
         north, east = self._over_ground(wanted, nav, dt_s)
         speed = min(self._parameters["MPC_XY_VEL_MAX"], math.hypot(north, east))
-        if speed < _STANDING_MPS:
+        if speed < STANDING_MPS:
             return self._by_the_hull(0.0, replace(wanted, yaw_rate_radps=0.0), nav, dt_s)
         course = math.atan2(east, north)
         steered = self._keeping.update(
@@ -111,7 +111,7 @@ class VelocityCourse:
             lead = wrap_pi(self._yaw - nav.yaw_rad) + rate * dt_s
             self._yaw = wrap_pi(nav.yaw_rad + _within(lead, _LARGEST_LEAD_RAD))
         setpoint = self._setpoint(surge, rate, dt_s)
-        if self._can_reverse or surge >= _STANDING_MPS:
+        if self._can_reverse or surge >= STANDING_MPS:
             return setpoint
         return WrenchSetpoint(ZERO_WRENCH)
 

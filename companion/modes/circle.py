@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -48,11 +48,13 @@ class OrbitOrder:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """The orbit to sail. `speed_mps` None: CIRC_SPEED. `total_rad` may be infinite."""
+    """The orbit to sail. `speed_mps` None: CIRC_SPEED, or with `at_cruise` the speed of self-steered modes. `total_rad`
+    may be infinite."""
 
     circle: Circle
     speed_mps: float | None
     total_rad: float
+    at_cruise: bool = False
 
 
 class CircleMode(Mode):
@@ -99,6 +101,7 @@ class CircleMode(Mode):
         self._watch = WatchCircles(parameters, events, "Circle")
         self._headway = Headway("Circle", events)
         self._plan: _Plan | None = None  # None: not active
+        self._left: _Plan | None = None  # the one before
         self._over = False
         self._checked: tuple[object, tuple[float, float], str | None] = ((), (0.0, 0.0), None)
 
@@ -121,7 +124,8 @@ class CircleMode(Mode):
             speed_mps = before.speed_mps if speed_mps is None else speed_mps
             total_rad = before.total_rad if total_rad is None else total_rad
         circle = chosen_circle(centre, radius_m, clockwise, self._parameters)
-        return _Plan(circle, speed_mps, math.inf if total_rad is None else total_rad)
+        at_cruise = before is not None and before.at_cruise and speed_mps is None
+        return _Plan(circle, speed_mps, math.inf if total_rad is None else total_rad, at_cruise)
 
     def check(self, inputs: ModeInputs) -> str | None:
         """Refuse a radius that the boat cannot sail, a centre too far off, and a circle that leaves the fence.
@@ -168,7 +172,8 @@ class CircleMode(Mode):
         return None
 
     def resume(self, inputs: ModeInputs) -> str | None:
-        """Go on with the orbit, or hold on if it is over."""
+        """Go on with the orbit, also where another mode has refused to be entered, or hold on if it is over."""
+        self._plan = self._plan or self._left
         if self._plan is None:
             return self.enter(inputs)
         if self._over:
@@ -178,8 +183,8 @@ class CircleMode(Mode):
         return None
 
     def leave(self) -> None:
-        """Forget the orbit."""
-        self._plan = None
+        """The orbit is over, unless it is resumed."""
+        self._left, self._plan = self._plan, None
 
     # --- under way -------------------------------------------------------------------------------------------------
 
@@ -208,14 +213,16 @@ class CircleMode(Mode):
         return () if self._plan is None or self._over else self._guidance.line()
 
     def way_speed_mps(self, inputs: ModeInputs) -> float:
-        """The speed of the order, else CIRC_SPEED, else that of self-steered modes."""
-        asked_mps = self._plan.speed_mps if self._plan is not None else None
-        return asked_mps or self._parameters["CIRC_SPEED"] or inputs.speed_mps
+        """The speed of the order, else CIRC_SPEED until the operator sets another, else that of self-steered modes."""
+        plan = self._plan
+        if plan is not None and plan.at_cruise:
+            return inputs.speed_mps
+        return (plan.speed_mps if plan is not None else None) or self._parameters["CIRC_SPEED"] or inputs.speed_mps
 
     def drop_speed(self) -> None:
-        """Forget the speed of the order."""
+        """Forget the speed of the order, and CIRC_SPEED for this orbit."""
         if self._plan is not None:
-            self._plan = _Plan(self._plan.circle, None, self._plan.total_rad)
+            self._plan = replace(self._plan, speed_mps=None, at_cruise=True)
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Along the circle; after the last turn, at the hold point."""

@@ -50,8 +50,8 @@ class DockMode(Mode):
         return self._docking.phase is DockingPhase.ABORTED
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
-        """Stop docking if the way to the berth now crosses the fence."""
-        return self.check(inputs)
+        """Stop docking if the way to the berth now crosses the fence; a boat alongside stays there."""
+        return self._docking.fence_refusal(inputs)
 
     @property
     def voyage_over(self) -> bool:
@@ -79,6 +79,10 @@ class DockMode(Mode):
         """Choose the berth and start docking."""
         berth = self._choice.find(inputs.nav)
         return self.check(inputs) if berth is None else self._docking.start(berth, inputs)
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """Go on at the berth chosen on entry."""
+        return self._docking.resume(inputs)
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """The setpoint of the present docking phase."""

@@ -294,7 +294,11 @@ class MissionMode(Mode):
         return refusal
 
     def resume(self, inputs: ModeInputs) -> str | None:
-        """Start the present task again from the present position. Complete tasks stay complete."""
+        """Start the present task again from the present position. Complete tasks stay complete. Docking goes on as it
+        is: what was given up is not tried again."""
+        docks = self._at_berth and self._executor.task is self._task
+        if docks and self._docking.resume(inputs) is None:
+            return None
         if self.ended is None:
             return self.enter(inputs)
         self._task = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from companion.config.reversing import can_reverse
 from companion.config.top_speed import top_speed_mps
@@ -142,9 +142,16 @@ class OffboardMode(Mode):
 
     def enter(self, inputs: ModeInputs) -> str | None:
         """Start from the present motion; the next tick obeys the newest setpoint."""
+        return self._begin(inputs, self.limits.begin)
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """As `enter`, in the same stay."""
+        return self._begin(inputs, self.limits.go_on)
+
+    def _begin(self, inputs: ModeInputs, count: Callable[[NavState, float], None]) -> str | None:
         if (reason := self.check(inputs)) is not None:
             return reason
-        self.limits.begin(inputs.nav, inputs.now_s)
+        count(inputs.nav, inputs.now_s)
         self._headway.reset()
         self._hold_point.stop_here(inputs.nav)
         self._start_motion(inputs.nav)
@@ -172,7 +179,7 @@ class OffboardMode(Mode):
         self.limits.watch(inputs.nav, inputs.now_s)
         target = self._target
         assert target is not None  # `enter` refuses without a setpoint
-        if target.is_point or (target.position is not None and target.velocity is None and not self._can_sway):
+        if target.is_point or (target.position is not None and target.stands and not self._can_sway):
             return self._to_point(target, inputs)
         if not self._by_motion:
             self._start_motion(inputs.nav)

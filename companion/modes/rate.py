@@ -124,7 +124,7 @@ class RateMode(Mode):
         self._surge_mps = min(before + step, max(before - step, wanted))
         sway = beyond_deadband(stick.sway, dead) * parameters["DP_SPEED_SWAY"] if self._can_sway else 0.0
         gain = (self._surge_mps - before) / dt_s if dt_s > 0.0 else 0.0
-        return PathSetpoint(yaw_rad, self._surge_mps, sway, rate_radps, gain)
+        return PathSetpoint(yaw_rad, self._surge_mps, sway, rate_radps, gain, by_rate=True)
 
 
 def _speed_is_known(nav: NavState) -> bool:

@@ -61,6 +61,7 @@ class _Camera:
     number: int = 0  # of the last picture
     told: bool = False  # that pictures were left out
     sequence: tuple[int, float] = (0, -math.inf)  # of the last request, and when it came
+    switched: bool = False  # its series, by a mission
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,6 +223,7 @@ class Payload:
                 trigger.stop()
             case TriggerControl():
                 self._switch(camera, action)
+                camera.switched = by_mission
 
     @staticmethod
     def _take_once(camera: _Camera, sequence: int, now_s: float) -> None:
@@ -256,10 +258,13 @@ class Payload:
         self._events.say(now_s, TextKind.ROUTINE, "camera", text)
 
     def _as_before(self, action: TriggerAsBefore, now_s: float) -> Outcome:
-        """A mission begins: its own series go on as its items say, those that an operator began go on as they are."""
+        """A mission begins: its own series go on as its items say, those that an operator began go on as they are. What
+        an earlier mission has switched off is on again."""
         self._said.clear()
         for camera in self._cameras:
             camera.trigger.stop(by_mission=True)
+            if camera.switched:
+                camera.trigger.enabled, camera.trigger.paused, camera.switched = True, False, False
         return ACCEPTED if action.trigger is None else self._carry_out(action.trigger, now_s, by_mission=True)
 
     # --- once a tick -----------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from enum import Enum
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
+from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import Point, PoseSetpoint, Progress, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard
@@ -48,6 +49,8 @@ _DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind th
 _SWING_1PS, _SWING_MAX_RAD = 0.05, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
 _LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has left the berth
 _DOCKED_S = 3.0
+_SWING_ROOM_M = 0.3  # to be left between face and hull while the boat turns
+_SWEEP_STEP_RAD, _SWEEP_TOLERANCE_M = math.radians(10.0), 0.05
 
 
 class DockingPhase(Enum):
@@ -81,7 +84,7 @@ class Docking:
         self._motion = Alongside()
         self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
         self._way: list[tuple[float, float, float]] = []
-        self._clearing = False
+        self._clearing = self._far = False
         self._speed_mps = self._free_n = self._sea_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
         self._phase = DockingPhase.GO
         self._since_s = 0.0
@@ -113,6 +116,13 @@ class Docking:
         off_m, _ = berth.place(inputs.nav.north_m, inputs.nav.east_m)
         if inputs.nav.position_valid and off_m + berth.reach_m < 0.0:
             return "boat is behind the berth: go round to its front"
+        return self._fence_refusal(berth, inputs)
+
+    def fence_refusal(self, inputs: ModeInputs) -> str | None:
+        """Return why a new fence ends docking at the present berth, or None. A boat that pushes against it is there."""
+        return None if self.alongside else self._fence_refusal(self._berth, inputs)
+
+    def _fence_refusal(self, berth: Berth, inputs: ModeInputs) -> str | None:
         line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
         if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
             return "way to the berth crosses the fence"
@@ -128,18 +138,57 @@ class Docking:
         self._berth = berth
         self._motion.start(berth)
         self._look_up_most(berth.towards)
-        off_m, along_m = berth.place(nav.north_m, nav.east_m)
         self._free_n = self._sea_n = 0.0
-        aligned = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
-        if abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned:
-            self._press(off_m, 0.0, inputs)
+        if self._lies_alongside(nav):
+            self._press(berth.place(nav.north_m, nav.east_m)[0], 0.0, inputs)
             return None
         self._enter(DockingPhase.GO, inputs.now_s, "Dock: going to the standoff point")
-        standoff = berth.pose(berth.standoff_m)
-        far = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
-        self._way = [self._turning_pose(), standoff] if far else [standoff]
+        standoff, turning = berth.pose(berth.standoff_m), self._turning_pose()
+        far_m = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m)
+        self._far = far_m > self._parameters["DP_TRANSIT_DIST"]
+        if self._far:
+            self._way = [turning, standoff]
+        elif self._would_swing_into(berth, nav):
+            self._way = [(*turning[:2], nav.yaw_rad), turning, standoff]
+        else:
+            self._way = [standoff]
         self._go_on(inputs, fresh=True)
         return None
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """Go on at the same berth after the thrusters were in neutral. What was given up stays so. A boat that still
+        lies alongside pushes on, with a failed thruster too. Return a reason if docking is refused, else None."""
+        if self._phase is DockingPhase.ABORTED:
+            self._hold_point.rejoin(inputs.nav)
+            return None
+        if self.alongside and self._lies_alongside(inputs.nav):
+            self._press(self._berth.place(inputs.nav.north_m, inputs.nav.east_m)[0], 0.0, inputs)
+            return None
+        return self.start(self._berth, inputs)
+
+    def _would_swing_into(self, berth: Berth, nav: NavState) -> bool:
+        """Whether bow or stern would come to the face as the boat turns here or at the standoff point. It goes out
+        first then, with its present heading."""
+        turned_rad = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad))
+        steps = math.ceil(turned_rad / _SWEEP_STEP_RAD) + 1
+        reaches_m = [self._reach_m(berth, turned_rad * i / steps) for i in range(steps + 1)]
+        room_m = min(berth.place(nav.north_m, nav.east_m)[0], berth.standoff_m) + berth.reach_m
+        if max(reaches_m) <= reaches_m[-1] + _SWEEP_TOLERANCE_M or max(reaches_m) + _SWING_ROOM_M <= room_m:
+            return False
+        out = [(nav.north_m, nav.east_m), self._turning_pose()[:2]]
+        return self._fence is None or self._fence.allows_berth(out)
+
+    def _reach_m(self, berth: Berth, turned_rad: float) -> float:
+        """How far a hull turned from the berth's heading reaches from its middle towards the face."""
+        c, s = abs(math.cos(turned_rad)), abs(math.sin(turned_rad))
+        half_m = 0.5 * self._config.length_m, 0.5 * self._config.beam_m
+        along, across = half_m if berth.towards[0] else (half_m[1], half_m[0])
+        return c * along + s * across
+
+    def _lies_alongside(self, nav: NavState) -> bool:
+        off_m, along_m = self._berth.place(nav.north_m, nav.east_m)
+        aligned = abs(wrap_pi(nav.yaw_rad - self._berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
+        return abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Give up if a rule requires it, then return the setpoint of the present phase."""
@@ -162,7 +211,7 @@ class Docking:
 
     def _go_on(self, inputs: ModeInputs, fresh: bool) -> None:
         north_m, east_m, yaw_rad = self._way.pop(0)
-        self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh)
+        self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh, sideways=not self._far)
 
     def _go(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)

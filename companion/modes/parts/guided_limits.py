@@ -28,6 +28,11 @@ class GuidedLimits:
             self.end()
         self._begun, self.reached = (now_s, nav.north_m, nav.east_m), None
 
+    def go_on(self, nav: NavState, now_s: float) -> None:
+        """The stay goes on after an interruption; after a limit was reached, another one begins."""
+        if self._begun is None or self.reached is not None:
+            self.begin(nav, now_s)
+
     def watch(self, nav: NavState, now_s: float) -> None:
         """Once a tick during the stay."""
         if self._begun is None or self.reached is not None:

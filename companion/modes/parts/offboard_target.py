@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
 from companion.guidance.motion_request import MotionRequest, Pair
+from companion.guidance.velocity_course import STANDING_MPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,11 @@ class OffboardTarget:
     def is_point(self) -> bool:
         """Whether the setpoint is only a position to go to and hold."""
         return self.position is not None and self.velocity is None and not self.yaw_rate_radps
+
+    @property
+    def stands(self) -> bool:
+        """Whether it asks for no velocity, or for one that means to stand still."""
+        return self.velocity is None or math.hypot(*self.velocity) < STANDING_MPS
 
     def motion(self, age_s: float) -> MotionRequest:
         """The motion request of a fixed target that arrived `age_s` ago. Its velocity moves its position on."""

@@ -12,6 +12,7 @@ import pytest
 from companion.config.vessel import find, load
 from companion.core.decision import ModeId, OrbitState, Result
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint
+from companion.mission.plan import PlanItem, PlanKind
 from companion.modes.circle import OrbitOrder
 
 BOX = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))
@@ -154,6 +155,34 @@ def test_the_speed_of_the_order_stands_until_the_operator_changes_it(boat: Any) 
     assert boat.supervisor.change_speed(0.7, boat.now_s).accepted
     boat.step(30.0)
     assert boat.setpoint.surge_mps == pytest.approx(0.7, abs=0.02)
+
+
+def test_the_operators_speed_comes_before_the_parameter(make_boat: Any) -> None:
+    boat = armed(make_boat(CIRC_RADIUS=10.0, CIRC_SPEED=0.5), ModeId.CIRCLE)
+    boat.step(60.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.5, abs=0.02)
+    assert boat.supervisor.change_speed(0.2, boat.now_s).accepted
+    boat.step(20.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.2, abs=0.02)
+    order(boat, radius_m=12.0)
+    boat.step(20.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.2, abs=0.02), "an order that leaves the speed out"
+    order(boat, speed_mps=0.4)
+    boat.step(20.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.4, abs=0.02)
+
+
+def test_a_mode_that_refuses_leaves_the_orbit_as_it_is(boat: Any) -> None:
+    armed(boat)
+    order(boat, centre=boat.point(25.0, 0.0), radius_m=8.0, clockwise=False, total_rad=2.0 * TURN_RAD)
+    boat.step(60.0)
+    orbit = boat.status.orbit
+    boat.plans.replace(PlanKind.MISSION, [PlanItem(0, 178, 2, 1.0, 0.5, 0.0, 0.0, 0, 0, 0.0)])
+    assert "nothing to sail to" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason
+    boat.step(5.0)
+    assert boat.status.mode is ModeId.CIRCLE and boat.status.orbit == orbit
+    assert boat.names().count("circle_begins") == 1
+    boat.until(lambda: "Circle: 2.0 turns done, holding" in boat.texts())
 
 
 def test_sticks_change_nothing(boat: Any) -> None:

@@ -119,6 +119,19 @@ def test_a_limit_of_the_stay_acts_as_the_loss_does(
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == (), "a new stay has no limits"
 
 
+def test_a_moment_in_neutral_begins_no_new_stay(boat: Boat) -> None:
+    assert boat.supervisor.limit_offboard(20.0, None).accepted
+    steered(boat, FORWARD, 10.0)
+    boat.silent = {device.name for device in boat.config.actuators}
+    stream(boat, FORWARD, 4.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.silent = set()
+    stream(boat, FORWARD, 3.0)
+    assert isinstance(boat.setpoint, PoseSetpoint) and boat.status.mode is ModeId.OFFBOARD
+    stream(boat, FORWARD, 5.0)
+    assert any("limit of 20 s reached" in text for text in boat.texts()) and boat.status.mode is ModeId.HOLD
+
+
 def test_the_stream_stands_for_a_ground_station(boat: Boat) -> None:
     steered(boat, FORWARD, 40.0)
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == ()
@@ -243,6 +256,16 @@ def test_a_jet_goes_to_a_point_and_stays_as_in_hold(jet: Any) -> None:
     assert isinstance(jet.setpoint, PathSetpoint) and jet.setpoint.progress.target.north_m == pytest.approx(
         0.0, abs=1e-6
     )
+
+
+def test_a_jet_takes_a_point_with_no_velocity_for_the_point(jet: Any) -> None:
+    point = OffboardTarget((120.0, 0.0), (0.0, 0.0), yaw_rad=0.0)
+    steered(jet, point, 200.0)
+    jet.nav, jet.pinned = replace(jet.nav, north_m=120.0, east_m=-5.0), True
+    stream(jet, point, 20.0)
+    assert isinstance(jet.setpoint, WrenchSetpoint), "inside its watch circle it drifts"
+    stream(jet, OffboardTarget((120.0, 0.0), (0.5, 0.0), yaw_rad=0.0), 1.0)
+    assert isinstance(jet.setpoint, PathSetpoint)
 
 
 def test_along_the_hull_of_a_boat_without_sideways_thrust(no_sway: Any) -> None:

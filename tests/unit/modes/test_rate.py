@@ -162,3 +162,29 @@ def test_the_boat_stops_at_the_fence_by_itself(make_boat: Callable[..., Boat]) -
     boat.step(120.0)
     assert boat.status.mode is ModeId.RATE and "fence_slowed" in boat.names()
     assert 27.0 < boat.nav.north_m < 29.0 and abs(boat.nav.surge_mps) < 0.05
+
+
+def test_under_sail_centred_sticks_turn_nothing(make_boat: Callable[..., Boat]) -> None:
+    """Its course leads its bow by the leeway, and it steers by the bow."""
+    config = load(find("sailbot"))
+    boat = make_boat(config, **config.parameters)
+    course_rad = math.radians(98.0)
+    under_way = replace(
+        boat.nav,
+        yaw_rad=math.radians(90.0),
+        surge_mps=1.2,
+        north_mps=1.2 * math.cos(course_rad),
+        east_mps=1.2 * math.sin(course_rad),
+        wind_speed_mps=5.0,
+        wind_from_rad=0.0,
+    )
+    boat.nav = under_way
+    armed(boat)
+    boat.obey = lambda setpoint: None  # type: ignore[method-assign]
+    boat.nav, boat.sticks = under_way, (1.0, 0.0, 0.0)
+    boat.step(20.0)
+    assert isinstance(boat.setpoint, HeadingSetpoint) and boat.setpoint.wrench.surge_n > 0.0
+    assert math.degrees(boat.setpoint.yaw_rad) == pytest.approx(90.0, abs=0.5)
+    boat.sticks = (1.0, 0.0, 0.5)
+    boat.step()
+    assert boat.setpoint.yaw_rate_radps > 0.0

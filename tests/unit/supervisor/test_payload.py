@@ -173,6 +173,23 @@ def test_another_plan_ends_the_pictures_of_the_old(boat: Boat) -> None:
     assert len(boat.shots) == 2
 
 
+def test_what_a_mission_has_switched_off_is_on_for_the_next_one(boat: Boat) -> None:
+    boat.upload((2.0, 0.0), (80.0, 0.0), commands={1: do(206, 2.0, 0, 0, 1), 2: do(2003, 0.0, 0.0, 1.0)})
+    begin(boat)
+    boat.step(30.0)
+    assert boat.status.mission.reached == 1 and boat.shots == []
+    boat.upload((20.0, 5.0), (60.0, 60.0), commands={1: do(206, 2.0, 0, 0, 1)})
+    boat.until(lambda: len(boat.shots) == 2)
+
+
+def test_what_an_operator_has_switched_off_stays_off(boat: Boat) -> None:
+    boat.upload((2.0, 0.0), (80.0, 0.0), commands={1: do(206, 2.0, 0, 0, 1)})
+    assert boat.supervisor.payload.request(TriggerControl(False, None), boat.now_s).accepted
+    begin(boat)
+    boat.step(30.0)
+    assert boat.status.mission.reached == 1 and boat.shots == []
+
+
 @pytest.mark.parametrize("armed", [False, True])
 def test_a_boat_without_a_camera_says_so_and_sails_on(make_boat: Callable[..., Boat], armed: bool) -> None:
     boat = make_boat()

@@ -114,6 +114,16 @@ def test_near_it_goes_in_any_direction(boat: Boat, quay: Quay) -> None:
         assert isinstance(boat.setpoint, PoseSetpoint)
 
 
+def test_bow_the_wrong_way_at_the_quay_it_goes_out_before_it_turns(boat: Boat, quay: Quay) -> None:
+    north_m, east_m, yaw_rad = quay.berth.pose(0.1, 1.0)
+    boat.nav = replace(boat.nav, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad + math.pi)
+    boat.step()
+    dock(boat)
+    while abs(math.remainder(boat.nav.yaw_rad - yaw_rad - math.pi, math.tau)) < 0.1:
+        boat.tick()
+    assert quay.off_m > STANDOFF_M + 0.9 * boat.config.length_m
+
+
 def test_it_lines_up_for_as_long_as_it_must(boat: Boat, quay: Quay) -> None:
     boat.parameters.set("DOCK_ALIGN_T", 12.0)
     dock(boat)
@@ -335,6 +345,45 @@ def test_without_a_position_it_cannot_push(boat: Boat, quay: Quay, action: float
     assert isinstance(boat.setpoint, NeutralSetpoint)
 
 
+def silent_for_a_moment(boat: Boat) -> None:
+    boat.silent = {device.name for device in boat.config.actuators}
+    boat.step(4.0)
+    boat.silent = set()
+    boat.step(20.0)
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_next_plan_does_not_take_it_from_its_berth(boat: Boat, quay: Quay, fails: bool) -> None:
+    pushing(boat)
+    boat.supervisor.thruster_failed(2, fails)
+    boat.upload((10.0, 0.0), commands={1: landing(boat, 50.0, 20.0, -40.0)})
+    boat.fence((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))
+    boat.step(20.0)
+    assert boat.status.mode is ModeId.DOCK and quay.force_n == pytest.approx(5.0, abs=0.1)
+    silent_for_a_moment(boat)
+    assert "dock_go" not in boat.names()[boat.names().index("dock_docked") :]
+    assert boat.status.mode is ModeId.DOCK and quay.force_n == pytest.approx(5.0, abs=0.1)
+
+
+def test_a_fence_across_its_way_ends_it(boat: Boat, far_quay: Quay) -> None:
+    dock(boat)
+    boat.step(5.0)
+    boat.fence((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
+    boat.step()
+    assert "Dock stopped: way to the berth crosses the fence" in boat.texts() and boat.status.mode is ModeId.HOLD
+
+
+def test_given_up_it_is_not_tried_again_without_being_asked(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    worse_position(boat, quay)
+    boat.until(said(boat, "dock_clear"))
+    boat.nav = replace(boat.nav, position_accuracy_m=0.02)
+    silent_for_a_moment(boat)
+    assert boat.names().count("dock_go") == 1
+    assert isinstance(boat.setpoint, PoseSetpoint) and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
+
+
 # --- wind and waves ------------------------------------------------------------------------------------------------
 
 
@@ -547,3 +596,5 @@ def test_a_mission_whose_docking_fails_holds_off_the_berth(boat: Boat, quay: Qua
     boat.until(said(boat, "dock_clear"))
     boat.step(30.0)
     assert boat.status.mission.state is MissionState.ACTIVE and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
+    silent_for_a_moment(boat)
+    assert "dock_refused" not in boat.names() and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
