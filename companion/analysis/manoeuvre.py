@@ -179,14 +179,18 @@ def _mean_azimuth(command: Array, log: Log, period_s: float) -> Array:
     return np.asarray(command - share * turn, dtype=np.float64)
 
 
-def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
+def _between_gaps(t_s: Array, period_s: float) -> list[tuple[int, int]]:
     breaks = np.flatnonzero(np.diff(t_s) > _GAP_PERIODS * period_s) + 1
-    edges = [0, *breaks.tolist(), len(t_s)]
-    return tuple((a, b) for a, b in itertools.pairwise(edges) if (b - a) * period_s >= _STRETCH_S)
+    return list(itertools.pairwise([0, *breaks.tolist(), len(t_s)]))
+
+
+def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
+    return tuple((a, b) for a, b in _between_gaps(t_s, period_s) if (b - a) * period_s >= _STRETCH_S)
 
 
 def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
-    """Mean force of each thruster between a tick and the next, (n, thrusters), with a first-order lag."""
+    """Mean force of each thruster between a tick and the next, (n, thrusters), with a first-order lag. A stretch that
+    begins within the log begins with what its commands of before have left."""
     if lag_s <= 1e-3:
         return manoeuvre.force_n
     from scipy.signal import lfilter
@@ -194,7 +198,7 @@ def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
     decay = math.exp(-manoeuvre.period_s / lag_s)
     mean_share = lag_s / manoeuvre.period_s * (1.0 - decay)
     result = np.zeros_like(manoeuvre.force_n)
-    for first, end in manoeuvre.stretches:
+    for first, end in _between_gaps(manoeuvre.t_s, manoeuvre.period_s):
         command = manoeuvre.force_n[first:end]
         start = command[:1]
         begin, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], command, axis=0, zi=start.copy())
