@@ -186,7 +186,7 @@ def toml_lines(log: Log, found: HullFit, doubts: Sequence[str] = ()) -> str:
 
 
 def _line(name: str, value: float, estimate: Estimate | None) -> str:
-    text = f"{name} = {value:.2f}"
+    text = f"{name} = {value:.5g}"
     if estimate is None or estimate.sigma is None:
         return f"{text:24}# {'as it was: not identified' if estimate is None else estimate.held}"
     return f"{text:24}# ± {estimate.sigma:.2g}"
