@@ -88,6 +88,8 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
             f"{log.folder}: thrust of a jet and resistance of a planing hull depend on speed by curves, "
             "which this fit does not have"
         )
+    if log.config.has_sail:
+        raise LogError(f"{log.folder}: the force of a sail depends on the wind by curves, which this fit does not have")
     names = [thruster.name for thruster in log.config.thrusters]
     columns = ("t_s", "armed", "position_valid", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
     parts = tuple(f"{name}_{part}" for part in ("force_n", "azimuth_rad") for name in names)

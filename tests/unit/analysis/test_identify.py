@@ -360,7 +360,8 @@ def test_what_is_held_out_of_a_log_leaves_the_lag_of_the_thrust_as_it_was(log: L
     assert np.abs(lagged(stopped, 0.9)[0]).max() > 1.0 and np.abs(lagged(stopped, 0.9)[100]).max() < 1e-3
 
 
-def test_a_jet_is_refused_with_the_reason(tmp_path: Path) -> None:
-    log = SimpleNamespace(config=load(find("rescuerunner")), folder=tmp_path)
-    with pytest.raises(LogError, match="depend on speed"):
+@pytest.mark.parametrize(("name", "reason"), [("rescuerunner", "depend on speed"), ("sailbot", "depends on the wind")])
+def test_a_jet_and_a_sail_are_refused_with_the_reason(name: str, reason: str, tmp_path: Path) -> None:
+    log = SimpleNamespace(config=load(find(name)), folder=tmp_path)
+    with pytest.raises(LogError, match=reason):
         read_manoeuvre(log, [])  # type: ignore[arg-type]
