@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from companion.analysis.hull_model import HullModel
+from companion.analysis.hull_model import LAG, HullModel
 from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Array, Manoeuvre
 from companion.analysis.trial_log import Ran
@@ -39,11 +39,18 @@ class Prediction:
 
 
 def split(manoeuvre: Manoeuvre, ran: Sequence[Ran]) -> tuple[Manoeuvre, Manoeuvre]:
-    """(to fit, to predict): the same arrays, with other stretches."""
-    spans = [(one.from_s, one.to_s) for one in ran if one.name in HELD_OUT]
-    if not spans:
-        t_s = manoeuvre.t_s
-        spans = [(float(t_s[0] + (1.0 - _SHARE) * (t_s[-1] - t_s[0])), float(t_s[-1]) + 1.0)]
+    """(to fit, to predict): the same arrays, with other stretches. Where no manoeuvre held out has a window, the last
+    part of the log is."""
+    named = [(one.from_s, one.to_s) for one in ran if one.name in HELD_OUT]
+    fitted, held_out = _parted(manoeuvre, named)
+    if held_out.stretches:
+        return fitted, held_out
+    t_s = manoeuvre.t_s
+    return _parted(manoeuvre, [(float(t_s[0] + (1.0 - _SHARE) * (t_s[-1] - t_s[0])), float(t_s[-1]) + 1.0)])
+
+
+def _parted(manoeuvre: Manoeuvre, spans: Sequence[tuple[float, float]]) -> tuple[Manoeuvre, Manoeuvre]:
+    """(what is outside the spans, windows inside)."""
     outside: list[tuple[int, int]] = []
     inside: list[tuple[int, int]] = []
     for first, end in manoeuvre.stretches:
@@ -68,12 +75,12 @@ def _windows(stretches: Sequence[tuple[int, int]], period_s: float) -> tuple[tup
 def prediction(
     log: Log, held_out: Manoeuvre, before: Mapping[str, float], after: Mapping[str, float]
 ) -> Prediction | None:
-    """Errors of both sets of quantities over the windows; None without a window. Both get the current and weather of
-    `after`: what is compared is the hull."""
+    """Errors of both sets of quantities over the windows; None without a window. Both get the current, the weather and
+    the lag of `after`: what is compared is what an overlay has."""
     if not held_out.stretches:
         return None
     model = HullModel(log, held_out, mounting=True)
-    around = {name: after[name] for name in after if name.startswith(AROUND)}
+    around = {name: after[name] for name in after if name.startswith((*AROUND, LAG))}
     rows = np.concatenate([np.arange(a, b) for a, b in held_out.stretches])
     measured = held_out.velocity[rows]
     size = np.maximum(np.sqrt((measured**2).mean(axis=0)), (0.02, 0.02, 0.01))

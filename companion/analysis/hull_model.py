@@ -35,6 +35,7 @@ CANDIDATES = ((COUPLING,), ("n_v", "n_vv"), ("y_r", "y_rr"), ("y_rv", "n_vr"), (
 HEADING = "heading_error_rad"  # by how much the heading reads too much
 ANTENNA = ("antenna_ahead_m", "antenna_starboard_m")  # by how much the antenna is further there than in the file
 FOLLOWED = "antenna_s"  # time in which the estimate follows the antenna's turning, where the inertial sensor has none
+LAG = "lag_s"  # of the thrusters, which no vessel's file has
 LIFT = "rudder_scale"  # side force of a rudder over what its formula says
 RACE = "rudder_race_gain"  # share of the race's extra speed that the blade feels
 CURRENT = ("current_north_mps", "current_east_mps")
@@ -80,7 +81,7 @@ class HullModel:
             **{f"scale {group.name}": 1.0 for group in self.groups},
             **{f"x_m {group.name}": group.x_m for group in self.groups},
             **{name: value for group in self.groups if group.blade for name, value in _rudder(group.blade)},
-            "lag_s": _LAG_S,
+            LAG: _LAG_S,
             **dict.fromkeys(CURRENT, 0.0),
             **dict.fromkeys(self.weather, 0.0),
             **(dict.fromkeys(_WIND_SCALES, 1.0) if self._air is _WIND_SCALES else {}),
@@ -126,7 +127,7 @@ class HullModel:
             axis = {"x": hull.m11_kg, "y": hull.m22_kg, "n": hull.m33_kgm2}[name[0]]
             return 3.0 * max(abs(self.model[name]), axis * (1.0 if len(name.split("_")[1]) > 1 else 0.1))
         others = {
-            "lag_s": 0.3,
+            LAG: 0.3,
             FOLLOWED: 0.3,
             LIFT: 0.3,
             RACE: 0.1,
@@ -168,7 +169,7 @@ class HullModel:
             return model - most, model + most
         if name.startswith("scale") or name == LIFT:
             return 0.2, 5.0
-        if name in ("lag_s", FOLLOWED):
+        if name in (LAG, FOLLOWED):
             return 0.0, 2.0
         if name == RACE:
             return 0.1, 1.0
@@ -219,8 +220,8 @@ class HullModel:
 
     def thrust(self, values: Mapping[str, float]) -> Array:
         """Of all thrusters: mean between each tick and the next."""
-        if values["lag_s"] != self._lag_s:
-            self._lag_s = values["lag_s"]
+        if values[LAG] != self._lag_s:
+            self._lag_s = values[LAG]
             self._wrenches = group_wrenches(self.manoeuvre, self.log, self.groups, self._lag_s)
         total = np.zeros_like(self.manoeuvre.velocity)
         for group, (x, y, n) in zip(self.groups, self._wrenches, strict=True):

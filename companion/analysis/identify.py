@@ -11,7 +11,7 @@ import numpy as np
 
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
 from companion.analysis.hull_fit import Drag, Estimate, HullFit, fit
-from companion.analysis.hull_model import CURRENT, INERTIA, HullModel, axis_drag
+from companion.analysis.hull_model import CURRENT, INERTIA, LAG, HullModel, axis_drag
 from companion.analysis.log_reader import Log, LogError
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.config.hull import DampingConfig, HullConfig
@@ -107,9 +107,9 @@ def advice(model: HullModel, found: HullFit) -> list[str]:
 
 def verdict(model: HullModel, found: HullFit) -> list[str]:
     """A line where the found hull, pushed by the log's forces, moves hardly more like the log than the hull of before
-    does, in the same weather."""
+    does, in the same weather and with the same lag of the thrusters."""
     values = {one.name: one.value for one in found.estimates}
-    weather = {name: values[name] for name in (*model.weather, *CURRENT)}
+    weather = {name: values[name] for name in (*model.weather, *CURRENT, LAG)}
     before, after = (
         model.manoeuvre.velocity - simulated
         for simulated in (model.simulate({**model.model, **weather}), found.simulated)
@@ -186,7 +186,7 @@ def toml_lines(log: Log, found: HullFit, doubts: Sequence[str] = ()) -> str:
 
 
 def _line(name: str, value: float, estimate: Estimate | None) -> str:
-    text = f"{name} = {value:.2f}"
+    text = f"{name} = {value:.5g}"
     if estimate is None or estimate.sigma is None:
         return f"{text:24}# {'as it was: not identified' if estimate is None else estimate.held}"
     return f"{text:24}# ± {estimate.sigma:.2g}"

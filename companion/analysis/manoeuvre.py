@@ -46,7 +46,7 @@ class Manoeuvre:
     `velocity`: (n, 3) surge, sway, yaw rate. `force_n`, (n, thrusters): commanded until the next tick; `azimuth_rad`,
     (n, thrusters): its mean until then. `stretches`: (first, end) of rows without a gap. `wind_mps`, (n, 2): the air's
     velocity towards north and east over ground, None without a wind sensor. `wave_s`: period of the waves that were
-    met, None without.
+    met, None without. `commanded`: times and forces of the whole log, of which the ticks are a part; None: of no more.
     """
 
     t_s: Array
@@ -58,6 +58,7 @@ class Manoeuvre:
     period_s: float
     wind_mps: Array | None = None
     wave_s: float | None = None
+    commanded: tuple[Array, Array] | None = None
 
 
 def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tuple[Group, ...]:
@@ -87,6 +88,8 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
             f"{log.folder}: thrust of a jet and resistance of a planing hull depend on speed by curves, "
             "which this fit does not have"
         )
+    if log.config.has_sail:
+        raise LogError(f"{log.folder}: the force of a sail depends on the wind by curves, which this fit does not have")
     names = [thruster.name for thruster in log.config.thrusters]
     columns = ("t_s", "armed", "position_valid", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
     parts = tuple(f"{name}_{part}" for part in ("force_n", "azimuth_rad") for name in names)
@@ -112,16 +115,19 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
     yaw_rad = values["yaw_rad"][use]
     velocity = np.stack([values[name][use] for name in ("surge_mps", "sway_mps", "yaw_rate_radps")], axis=1)
     velocity[:, 2] = timely(velocity[:, 2], yaw_rad, stretches, period_s)
+    force = np.nan_to_num(np.stack([values[f"{name}_force_n"] for name in names], axis=1))
+    timed = np.isfinite(t_s)
     return Manoeuvre(
         t_s=t_s[use],
         yaw_rad=yaw_rad,
         velocity=velocity,
-        force_n=np.nan_to_num(np.stack([values[f"{name}_force_n"] for name in names], axis=1)[use]),
+        force_n=force[use],
         azimuth_rad=_mean_azimuth(np.where(np.isnan(azimuth), rest, azimuth), log, period_s)[use],
         stretches=stretches,
         period_s=period_s,
         wind_mps=measured_wind(log, warnings, t_s[use], yaw_rad, velocity),
         wave_s=wave_period_s(velocity, stretches, period_s),
+        commanded=(t_s[timed], force[timed]),
     )
 
 
@@ -179,27 +185,35 @@ def _mean_azimuth(command: Array, log: Log, period_s: float) -> Array:
     return np.asarray(command - share * turn, dtype=np.float64)
 
 
-def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
+def _between_gaps(t_s: Array, period_s: float) -> list[tuple[int, int]]:
     breaks = np.flatnonzero(np.diff(t_s) > _GAP_PERIODS * period_s) + 1
-    edges = [0, *breaks.tolist(), len(t_s)]
-    return tuple((a, b) for a, b in itertools.pairwise(edges) if (b - a) * period_s >= _STRETCH_S)
+    return list(itertools.pairwise([0, *breaks.tolist(), len(t_s)]))
+
+
+def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
+    return tuple((a, b) for a, b in _between_gaps(t_s, period_s) if (b - a) * period_s >= _STRETCH_S)
 
 
 def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
-    """Mean force of each thruster between a tick and the next, (n, thrusters), with a first-order lag."""
+    """Mean force of each thruster between a tick and the next, (n, thrusters), with a first-order lag. A stretch that
+    begins within the log begins with what the commands of before have left."""
     if lag_s <= 1e-3:
         return manoeuvre.force_n
     from scipy.signal import lfilter
 
     decay = math.exp(-manoeuvre.period_s / lag_s)
     mean_share = lag_s / manoeuvre.period_s * (1.0 - decay)
-    result = np.zeros_like(manoeuvre.force_n)
-    for first, end in manoeuvre.stretches:
-        command = manoeuvre.force_n[first:end]
+    t_s, force = manoeuvre.commanded or (manoeuvre.t_s, manoeuvre.force_n)
+    ticks = np.searchsorted(t_s, manoeuvre.t_s)
+    force = force.copy()
+    force[ticks] = manoeuvre.force_n
+    result = np.zeros_like(force)
+    for first, end in _between_gaps(t_s, manoeuvre.period_s):
+        command = force[first:end]
         start = command[:1]
         begin, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], command, axis=0, zi=start.copy())
         result[first:end] = command + (begin - command) * mean_share
-    return result
+    return np.asarray(result[ticks], dtype=np.float64)
 
 
 def group_wrenches(

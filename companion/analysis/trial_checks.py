@@ -30,6 +30,7 @@ PLACE_AHEAD, PLACE_ASIDE = "place ahead", "place to starboard"
 _NINETY_FIVE = 1.96
 _LEAST_COUNT = 4.0  # residuals that count, at least
 _BANDS = np.arange(0.0, 0.25, 0.005)
+_LEAST_BANDS = 10  # that are tried
 _TURNS = ("spin", "turning circle")
 _SPINS = "spins at 80 % to both sides"
 _SMOOTH_S = 0.7
@@ -82,7 +83,7 @@ def checks(model: HullModel, fit: HullFit, ran: Sequence[Ran], warnings: list[st
     bearings = _by_source(read_kind(path, "heading", warnings)) if path.exists() else {}
     turns = _turning(model, values, ran)
     found = [
-        _dead_band(evidence, log),
+        dead_band_check(evidence, log),
         *_receiver(fit, log, _by_source(read_kind(path, "gnss", warnings)) if path.exists() else ()),
         *(check for sensor, seen in inertial.items() for check in inertial_checks(log, turns, sensor, seen)),
         _heading(fit),
@@ -168,10 +169,10 @@ class _Evidence:
         return float(rest @ rest)
 
 
-def _dead_band(evidence: _Evidence, log: Log) -> Check:
+def dead_band_check(evidence: _Evidence, log: Log) -> Check:
     """Throttle below which the thrusters give nothing: the one that explains the log best."""
     file = max(thruster.dead_band for thruster in log.config.thrusters)
-    bands = _BANDS[file - 1e-9 <= _BANDS]
+    bands = _BANDS[file - 1e-9 <= _BANDS] if file < _BANDS[-_LEAST_BANDS] else file + _BANDS[:_LEAST_BANDS]
     squares = np.array([evidence.squares(float(band)) for band in bands])
     likely = bands[squares <= squares.min() + _NINETY_FIVE**2]
     value = 0.5 * float(likely.max() + likely.min())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +15,14 @@ from companion.analysis.hull_fit import HullFit, fit
 from companion.analysis.hull_model import COUPLING, HEADING, INERTIA, HullModel
 from companion.analysis.identify import advice, plot, report
 from companion.analysis.log_reader import Log, LogError, parameters_of
-from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
+from companion.analysis.manoeuvre import Group, Manoeuvre, read_manoeuvre
 from companion.analysis.trial_checks import DEAD_BAND, PLACE_AHEAD, PLACE_ASIDE, Check, checks
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.devices import SensorConfig
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.config.rudder import RudderConfig
+from companion.config.vessel import LimitsConfig
 from companion.core.progress import Told, part, tell_nobody
 from companion.record.replacing import replace_file
 
@@ -70,7 +71,7 @@ class TrialIdentification:
 
 
 def _is_better(compared: Prediction | None) -> bool:
-    return compared is None or compared.ratio < _BETTER
+    return compared is not None and compared.ratio < _BETTER
 
 
 def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody) -> TrialIdentification:
@@ -94,9 +95,13 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     if unknown:
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
     compared = prediction(log, held_out, model.model, values)
+    if compared is None:
+        warnings.append("the log is too short to judge the new model, so that of before stays: sail longer")
     parameters = parameters_of(log, warnings)
-    hull = found.hull if _is_better(compared) else sailed
-    designs = designed(log.config, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
+    boat, hull = log.config, sailed
+    if _is_better(compared):
+        boat, hull = replace(boat, limits=scaled(boat.limits, model.groups, values)), found.hull
+    designs = designed(boat, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)
     checked = _checks(model, found, ran, warnings)
@@ -138,7 +143,7 @@ def _overlay(found: TrialIdentification) -> str:
         f'log = "{found.log.folder.name}"',
     ]
     if not found.better:
-        lines.append("# The model of before predicts as well, so it stays. What changes are the bandwidths.")
+        lines.append("# The model of before stays: the new one predicts no better. What changes are the bandwidths.")
         return "\n".join([*lines, *_parameters(found)]) + "\n"
     sigmas = {estimate.name: estimate.sigma for estimate in fitted.estimates}
     lines += ["", "[hull]"]
@@ -148,15 +153,14 @@ def _overlay(found: TrialIdentification) -> str:
     terms = [name for name in DampingConfig.__slots__ if name in sigmas]
     lines += [_row(name, getattr(fitted.hull.damping, name), sigmas[name]) for name in terms]
     lines += _windage(config.windage, found.values, sigmas)
-    lines += _limits(found)
+    limits = scaled(config.limits, found.model.groups, found.values)
+    lines += ["", "[limits]", *(f"{name} = {value:g}" for name, value in asdict(limits).items())]
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
         lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
         if before.rudder is not None and after.rudder is not None:
             lines.append(f"rudder = {{ {_blade(after.rudder)} }}")
-        lines += [
-            f"dead_band = {check.value:.3f}" for check in found.checks if check.name == DEAD_BAND and check.differs
-        ]
+        lines += band_row(before.dead_band, found.checks)
     error_rad = found.heading.error_rad if found.heading is not None and found.heading.counts else 0.0
     lines += sensor_rows(config.sensors, found.checks, error_rad)
     return "\n".join([*lines, *_parameters(found)]) + "\n"
@@ -193,15 +197,19 @@ def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mappin
     return ["", "[windage]", *rows] if rows else []
 
 
-def _limits(found: TrialIdentification) -> list[str]:
-    """The limits of the wrench, scaled as the thrust of all thrusters."""
-    groups = found.model.groups
-    scale = sum(g.max_n * found.values[f"scale {g.name}"] for g in groups) / sum(g.max_n for g in groups)
+def band_row(band: float, checks: Sequence[Check]) -> list[str]:
+    """The line of a thruster's dead band: as the log tells it, else as it was."""
+    check = next((one for one in checks if one.name == DEAD_BAND and one.differs), None)
+    band = band if check is None else check.value
+    return [f"dead_band = {band:.3f}"] if band or check is not None else []
+
+
+def scaled(limits: LimitsConfig, groups: Sequence[Group], values: Mapping[str, float]) -> LimitsConfig:
+    """The limits of the wrench, scaled as the thrust of all thrusters where that is other than before."""
+    scale = sum(g.max_n * values[f"scale {g.name}"] for g in groups) / sum(g.max_n for g in groups)
     if abs(scale - 1.0) < 0.01:
-        return []
-    limits = found.log.config.limits
-    rows = [f"{name} = {scale * getattr(limits, name):.4g}" for name in ("surge_n", "sway_n", "yaw_nm")]
-    return ["", "[limits]", *rows]
+        return limits
+    return LimitsConfig(*(float(f"{scale * one:.4g}") for one in (limits.surge_n, limits.sway_n, limits.yaw_nm)))
 
 
 def sensor_rows(sensors: Sequence[SensorConfig], checks: Sequence[Check], error_rad: float) -> list[str]:

@@ -36,7 +36,8 @@ def after(found: TrialIdentification) -> VesselConfig:
     if not found.better:
         return config
     limits = LimitsConfig(**over["limits"]) if "limits" in over else config.limits
-    return replace(config, hull=found.fit.hull, thrusters=found.fit.thrusters, limits=limits)
+    windage = replace(config.windage, **over.get("windage", {}))
+    return replace(config, hull=found.fit.hull, windage=windage, thrusters=found.fit.thrusters, limits=limits)
 
 
 def write_report(found: TrialIdentification, out: Path, kept: Sequence[Keeping] = ()) -> tuple[str, ...]:

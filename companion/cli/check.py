@@ -9,7 +9,7 @@ from companion.analysis.static_limits import lines, static_limits, weakness
 from companion.app import load_vessel
 from companion.cli.common import print_warnings
 from companion.cli.devices import listen_to
-from companion.config.overlay import in_force
+from companion.config.overlay import that_count
 from companion.config.plausibility import judgements
 from companion.config.toml_places import dotted
 from companion.config.vessel import VesselConfig, find
@@ -34,8 +34,9 @@ def _check(arguments: argparse.Namespace) -> int:
     """Exit code 0 where the file and, if asked for, its devices are in order, else 1."""
     config = load_vessel(arguments.vessel)
     print(f"{config.name}: {config.title}: no errors", flush=True)
-    if (overlay := in_force(find(arguments.vessel))) is not None:
-        print(f"model: {overlay.name}, as accepted after a sea trial; {arguments.vessel} has the rest")
+    if overlays := that_count(find(arguments.vessel)):
+        names = ", ".join(overlay.name for overlay in overlays)
+        print(f"model: {names}, as accepted after a sea trial; {arguments.vessel} has the rest")
     for found in judgements(config):
         print(f"note: {dotted(found.place)}: {found}")
     _print_limits(config)

@@ -15,6 +15,7 @@ from companion.cli.progress import bar
 from companion.config.vessel import find
 from companion.core.trial_results import TrialFinding
 
+_TAKES = "it takes about a minute, longer on a small computer"
 _NEXT = (
     "Next: put these lines in place of [hull] in the vessel's file, and those of the thrusters into their tables;",
     "then companion check FILE, and sail the scenarios again. A Trial does all of this by itself",
@@ -58,7 +59,7 @@ def _identify(arguments: argparse.Namespace) -> int:
         return _identify_trial(arguments)
     log, out = open_log(arguments.folder), arguments.out or arguments.folder
     judge_out_folder(out)
-    with bar("identify") as told:
+    with bar("identify", lines=_TAKES) as told:
         found = identify(log, out, arguments.from_s, arguments.to_s, arguments.hold, told)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
@@ -91,7 +92,7 @@ def _identify_trial(arguments: argparse.Namespace) -> int:
     log, vessel_file = open_log(arguments.folder), None if arguments.vessel is None else find(arguments.vessel)
     folder = arguments.out or (arguments.folder if vessel_file is None else vessel_file.parent)
     judge_out_folder(folder)
-    with bar("identify") as told:
+    with bar("identify", lines=_TAKES) as told:
         found = identify_trial(log, arguments.hold, told)
     print_warnings(found.warnings)
     stem = found.log.config.name if vessel_file is None else vessel_file.stem

@@ -101,7 +101,8 @@ def _run(arguments: argparse.Namespace) -> int:
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     private = script_links(config.scripts)
     vessel, clock = compose(config, options, [*links, *private], state, log_folder)
-    model = _keep_trials(vessel, find(arguments.vessel), log_folder)
+    identifies = IdentifyProcess(find(arguments.vessel), log_folder)
+    model = _keep_trials(vessel, find(arguments.vessel), identifies)
     feed = add_feed(vessel, [link.name for link in links], state.directory)
     if (manager := service_manager(os.environ)) is not None:
         vessel.add_recorder(manager)
@@ -126,6 +127,9 @@ def _run(arguments: argparse.Namespace) -> int:
         stop_console(console)
         if retention is not None:
             retention.close()
+    if not terminal.stuck and identifies.unfinished:
+        again = typed("identify", log_folder, "--vessel", arguments.vessel)
+        print(f"The boat was still identifying itself from its trial; `{again}` does it", flush=True)
     if not terminal.stuck and not vessel.restart_requested:
         summary = terminal.summary
         _print_summary(summary.lines(None if options.sitl else punctuality), log_folder, ModeId.TRIAL in summary.modes)
@@ -133,9 +137,8 @@ def _run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _keep_trials(vessel: Vessel, vessel_file: Path, log_folder: Path) -> str | None:
+def _keep_trials(vessel: Vessel, vessel_file: Path, process: IdentifyProcess) -> str | None:
     """Identify after each trial, and keep what is accepted, beside the vessel's file. Returns the overlay in force."""
-    process = IdentifyProcess(vessel_file, log_folder)
     trials = FileTrials(vessel_file, process, vessel.worker, process.close)
     vessel.supervisor.trial_duty.results = trials
     vessel.add_recorder(trials)

@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from companion.cli.common import UsageError, judge_out_folder, print_warnings, typed
+from companion.cli.progress import bar
 from companion.cli.trial_results import REPORT, accept, accept_overlay, undo
-from companion.config.overlay import accepted, copy_beside, in_force, is_overlay, overlays
+from companion.config.overlay import accepted, copy_beside, in_force, is_overlay, overlays, that_count
 from companion.config.vessel import find
+from companion.core.progress import part
+
+_IDENTIFIED, _PREDICTED = 0.7, 0.95  # shares of a report after which the boat is identified, and its Hold predicted
 
 
 def add_to(commands: Any) -> None:
@@ -93,11 +97,13 @@ def _undo(arguments: argparse.Namespace) -> int:
 
 def _list(arguments: argparse.Namespace) -> int:
     vessel_file = find(arguments.vessel)
-    counts = in_force(vessel_file)
+    count = that_count(vessel_file)
     for overlay in overlays(vessel_file):
-        state = "in force" if overlay == counts else "accepted, replaced" if accepted(overlay) else "not accepted"
+        state = "accepted, replaced" if accepted(overlay) else "not accepted"
+        if overlay in count:
+            state = "in force" if overlay == count[-1] else "in force, but for the parameters of later ones"
         print(f"{overlay}: {state}")
-    if counts is None:
+    if not count:
         print(f"{vessel_file} counts as it is")
     return 0
 
@@ -111,8 +117,13 @@ def _report(arguments: argparse.Namespace) -> int:
     out = arguments.out or arguments.folder / REPORT
     if arguments.folder.is_dir():
         judge_out_folder(out.parent)
-    found = identify_trial(open_log(arguments.folder))
-    kept = keepings(found, arguments.after, not arguments.no_prediction)
-    print_warnings(write_report(found, out, kept))
+    log = open_log(arguments.folder)
+    with bar("trial report", lines="it identifies the boat first, which takes a minute or more") as told:
+        found = identify_trial(log, told=part(told, 0.0, _IDENTIFIED))
+        told("holding a point in simulation", _IDENTIFIED)
+        kept = keepings(found, arguments.after, not arguments.no_prediction)
+        told("writing the page", _PREDICTED)
+        warnings = write_report(found, out, kept)
+    print_warnings(warnings)
     print(f"written: {out}")
     return 0

@@ -114,17 +114,26 @@ class FileTrials:
 class IdentifyProcess:
     """`identify` for `FileTrials`: one process at a time, in a session of its own. It tells what it found and then
     writes the report, even if the boat is rebooted or ended by Ctrl-C meanwhile; `close` ends one that has not told
-    yet."""
+    yet, and leaves it `unfinished`."""
 
     def __init__(self, vessel_file: Path, log_folder: Path) -> None:
         command = ["identify", str(log_folder), "--vessel", str(vessel_file), "--beside"]
         self.command = [sys.executable, "-m", "companion", *command]
         self._process: subprocess.Popen[str] | None = None
         self._told = False
+        self._runs = False
         self._ended = threading.Event()
+        self.unfinished = False
 
     def __call__(self) -> TrialFinding:
         """Run it until it has told what it found. Raises TrialResultError."""
+        self._runs = True
+        try:
+            return self._found()
+        finally:
+            self._runs = False
+
+    def _found(self) -> TrialFinding:
         if self._process is not None:
             self._process.wait()  # it may still write the report of the trial before
         self._told = False
@@ -155,6 +164,7 @@ class IdentifyProcess:
 
     def close(self) -> None:
         """End it, unless it has told already."""
+        self.unfinished |= self._runs and not self._told
         self._ended.set()
         process = self._process
         if process is None or self._told:

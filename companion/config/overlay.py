@@ -1,7 +1,8 @@
 """Overlays: what a sea trial found, in a file beside the vessel's own, which stays as it is.
 
 `NAME.trial-2026-11-22.toml` beside `NAME.toml` counts while its `[trial]` table says `accepted = true`; of several, the
-one with the last name. To undo it, `accepted` becomes false, and the one before counts again.
+one with the last name. One that has parameters alone leaves the model to the one before it. To undo it, `accepted`
+becomes false, and the one before counts again.
 """
 
 from __future__ import annotations
@@ -64,6 +65,27 @@ def accepted(overlay: Path) -> bool:
 def in_force(vessel_file: Path) -> Path | None:
     """The overlay that counts for a vessel's file; None without one. Raises OSError."""
     return next((overlay for overlay in reversed(overlays(vessel_file)) if accepted(overlay)), None)
+
+
+def that_count(vessel_file: Path) -> tuple[Path, ...]:
+    """The one in force; before it, where it has no model, the accepted ones that it leaves the model to, the oldest
+    first. Raises OSError."""
+    found: list[Path] = []
+    for overlay in reversed(overlays(vessel_file)):
+        if accepted(overlay):
+            found.insert(0, overlay)
+            if _has_model(overlay):
+                break
+    return tuple(found)
+
+
+def _has_model(overlay: Path) -> bool:
+    """Whether it has more than parameters; true for one that cannot be read, which says so when it is loaded."""
+    try:
+        tables = tomllib.loads(overlay.read_text(encoding="utf-8-sig"))
+    except tomllib.TOMLDecodeError:
+        return True
+    return bool(tables.keys() - {"trial", "parameters"})
 
 
 def proposed(vessel_file: Path) -> Path | None:

@@ -6,6 +6,7 @@ is SI in both.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import tomllib
@@ -51,7 +52,7 @@ from companion.config.kinds import Equipment, Problem
 from companion.config.losses import LossConfig
 from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
-from companion.config.overlay import in_force, is_overlay, with_overlay
+from companion.config.overlay import is_overlay, that_count, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
 from companion.config.rough_water import USUAL, RoughWaterConfig, WaterKind
 from companion.config.rudder_checks import rudder_problems
@@ -343,9 +344,9 @@ def load(path: Path) -> VesselConfig:
     damping by its rudders (`with_fins`). The simulated boat stays that of the file. Raises ConfigError with every
     problem and its line."""
     try:
-        text, overlay = text_of(path), _overlay_of(path)
+        text, overlays = text_of(path), _overlays_of(path)
         config = parse(text, str(path))
-        found = config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
+        found = config if not overlays else replace(_overlaid(text, overlays), sitl=config.sitl)
         if found.hull.damping == config.hull.damping:  # a trial finds the fins with the hull
             found = replace(found, hull=with_fins(found.hull, found.thrusters, found.limits.surge_n))
         return replace(found, charts=placed_charts(found.charts, path.parent)) if found.charts else found
@@ -362,22 +363,28 @@ def text_of(path: Path) -> str:
         raise ConfigError([f"{path}: not text in UTF-8; save it again as UTF-8"]) from error
 
 
-def _overlay_of(path: Path) -> Path | None:
-    """The overlay that counts. Raises OSError; ConfigError for one that is no text."""
+def _overlays_of(path: Path) -> tuple[Path, ...]:
+    """The overlays that count. Raises OSError; ConfigError for one that is no text."""
     try:
-        return in_force(path)
+        return that_count(path)
     except UnicodeDecodeError as error:
         raise ConfigError([f"{path}: an overlay beside it is not text in UTF-8; save it again as UTF-8"]) from error
 
 
-def _overlaid(text: str, overlay: Path) -> VesselConfig:
-    """The vessel with the keys of an overlay. Raises ConfigError, OSError."""
-    try:
-        config, located = validated(
-            VesselConfig, text, str(overlay), lambda data: completed(with_overlay(data, overlay)), numbered=False
-        )
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError([_not_toml(str(overlay), text_of(overlay), str(error))]) from error
+def _overlaid(text: str, overlays: tuple[Path, ...]) -> VesselConfig:
+    """The vessel with the keys of overlays, the last before all others. Raises ConfigError, OSError."""
+    for overlay in overlays:
+        try:
+            tomllib.loads(text_of(overlay))
+        except tomllib.TOMLDecodeError as error:
+            raise ConfigError([_not_toml(str(overlay), text_of(overlay), str(error))]) from error
+    config, located = validated(
+        VesselConfig,
+        text,
+        str(overlays[-1]),
+        lambda data: completed(functools.reduce(with_overlay, overlays, data)),
+        numbered=False,
+    )
     config = _simulated(config)
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:

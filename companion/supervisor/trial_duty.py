@@ -18,14 +18,15 @@ from companion.supervisor.helm import Helm
 
 class TrialDuty:
     """`completed` after the last manoeuvre, `update` once a tick, `accept` and `undo` when an operator asks. Remembers
-    the identification that runs, and the changes that are being stored. Set `results` before the first tick; without it
-    nothing is identified."""
+    the identification that runs, whether another one waits for its end, and the changes that are being stored. Set
+    `results` before the first tick; without it nothing is identified."""
 
     def __init__(self, helm: Helm, events: EventLog) -> None:
         self.results: TrialResults | None = None
         self._helm = helm
         self._events = events
         self._runs: Future[TrialFinding] | None = None
+        self._waits = False
         self._storing: list[tuple[Ticket, str]] = []
 
     @property
@@ -34,8 +35,9 @@ class TrialDuty:
         return self._runs is not None
 
     def completed(self, now_s: float) -> None:
-        """A trial is complete: identify."""
-        if self.results is None or self._runs is not None:
+        """A trial is complete: identify, if need be after the one before."""
+        self._waits = self._runs is not None
+        if self.results is None or self._waits:
             return
         self._runs = self.results.identify()
         self._events.say(now_s, TextKind.ROUTINE, "trial_identifying", "Trial: identifying the boat from the log")
@@ -45,6 +47,8 @@ class TrialDuty:
         if self._runs is not None and self._runs.done():
             self._conclude(self._runs, now_s)
             self._runs = None
+            if self._waits:
+                self.completed(now_s)
         for ticket, text in [one for one in self._storing if not one[0].pending]:
             self._storing.remove((ticket, text))
             if ticket.durable:

@@ -12,7 +12,7 @@ from functools import cache
 
 from scipy.stats import qmc
 
-from companion.config.overlay import in_force
+from companion.config.overlay import that_count
 from companion.config.vessel import bundled, find
 from sitl.scenarios.scenario import Scenario
 from sitl.sweep.design import DesignConfig, PartConfig, Value, fields_in, text_of
@@ -53,12 +53,11 @@ def key_of(run: Run) -> str:
 
 @cache
 def contents_of(vessel: str) -> str:
-    """A digest of a vessel's own file, and of the trial's overlay that counts; empty for a bundled one without an
+    """A digest of a vessel's own file, and of the trials' overlays that count; empty for a bundled one without an
     overlay, which the commit names."""
     file = find(vessel)
-    overlay = in_force(file)
     own = b"" if vessel in bundled() else file.read_bytes()
-    data = own if overlay is None else own + overlay.read_bytes()
+    data = own + b"".join(overlay.read_bytes() for overlay in that_count(file))
     return hashlib.sha256(data).hexdigest() if data else ""
 
 

@@ -6,14 +6,16 @@ import math
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from companion.analysis.log_reader import Log
-from companion.analysis.manoeuvre import Manoeuvre
-from companion.analysis.trial_checks import Check, inertial_checks
-from companion.analysis.trial_identify import sensor_rows
+from companion.analysis.manoeuvre import Manoeuvre, groups_of
+from companion.analysis.trial_checks import DEAD_BAND, Check, dead_band_check, inertial_checks
+from companion.analysis.trial_identify import band_row, scaled, sensor_rows
 from companion.config.vessel import find, load
 from companion.core.readings import Imu
 from companion.nav.lever_arms import normal_gravity_mps2
@@ -87,3 +89,24 @@ def test_places_that_the_log_tells_stand_in_the_overlay() -> None:
     assert rows == [{"name": "gnss", "x_m": 0.1}, {"name": "other", "x_m": -0.4}]
     turned = tomllib.loads("\n".join(sensor_rows((replace(sensors[0], antennas=2),), (), 0.1)))["sensor"]
     assert turned == [{"name": "gnss", "heading_offset_deg": pytest.approx(-5.73)}]
+
+
+def test_a_dead_band_and_limits_that_are_as_before_stay(log: Log) -> None:
+    """The file's came back with a second trial that found what the first one had told."""
+    check = Check(DEAD_BAND, 0.06, 0.02, "of full throttle", 0.05)
+    assert band_row(0.05, (check,)) == band_row(0.05, ()) == ["dead_band = 0.050"]
+    assert band_row(0.0, (check,)) == []
+    assert band_row(0.0, (replace(check, value=0.08),)) == ["dead_band = 0.080"]
+    groups, limits = groups_of(log.config.thrusters), log.config.limits
+    names = [f"scale {group.name}" for group in groups]
+    assert scaled(limits, groups, dict.fromkeys(names, 1.004)) == limits
+    assert scaled(limits, groups, dict.fromkeys(names, 0.5)).surge_n == pytest.approx(0.5 * limits.surge_n)
+
+
+def test_a_wide_dead_band_is_checked_too(log: Log) -> None:
+    """Above 0.245 the checks ended in an error, and the places of the sensors were not checked either."""
+    thrusters = tuple(replace(thruster, dead_band=0.3) for thruster in log.config.thrusters)
+    wide = replace(log, config=replace(log.config, thrusters=thrusters))
+    evidence: Any = SimpleNamespace(squares=lambda band: 1e6 * (band - 0.32) ** 2)
+    check = dead_band_check(evidence, wide)
+    assert (check.file, check.value) == (0.3, pytest.approx(0.32)) and check.differs

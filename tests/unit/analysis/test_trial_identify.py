@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from companion.analysis import trial_identify
 from companion.analysis.keeping import measured
 from companion.analysis.log_reader import Log, open_log
 from companion.analysis.trial_checks import DEAD_BAND
@@ -108,3 +110,22 @@ def test_the_report_is_one_page(found: TrialIdentification, tmp_path: Path) -> N
     for said in ("stopping distance", "95 % interval", "gain margin", "accepted = false", "RMS from the mean place"):
         assert said in page
     assert "src=" not in page and page.count("<svg") >= 1
+
+
+def test_bandwidths_are_designed_for_the_thrust_that_was_found(
+    log: Log, found: TrialIdentification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The limits go into the overlay scaled, and the bandwidths were those of the limits before."""
+    estimates = tuple(
+        replace(one, value=0.25 * one.value) if one.name.startswith("scale") else one for one in found.fit.estimates
+    )
+    weak = replace(found.fit, estimates=estimates)
+    monkeypatch.setattr(trial_identify, "fit", lambda *_, **__: weak)
+    monkeypatch.setattr(trial_identify, "prediction", lambda *_: found.prediction)
+    before, now = ({d.name: d for d in one.designs} for one in (found, identify_trial(log)))
+    assert now["DP_BW_SWAY"].limit == "thrust"
+    assert now["DP_BW_SWAY"].value == pytest.approx(0.5 * before["DP_BW_SWAY"].value, rel=0.03)
+    monkeypatch.setattr(trial_identify, "prediction", lambda *_: None)
+    unjudged = identify_trial(log)
+    assert not unjudged.better and "[hull]" not in unjudged.overlay
+    assert any("too short to judge" in warning for warning in unjudged.warnings)

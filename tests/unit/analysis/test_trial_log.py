@@ -99,3 +99,12 @@ def test_what_is_held_out_is_not_fitted() -> None:
     assert held.stretches == ((300, 400), (400, 500))
     fitted, held = split(whole, [])
     assert fitted.stretches == ((0, 750),) and held.stretches == ((750, 850), (850, 950))
+
+
+def test_manoeuvres_that_are_too_short_to_be_predicted_give_way_to_the_end_of_the_log() -> None:
+    """As of a trial that the circle cut and an operator ended: its model was proposed without being judged."""
+    t_s = np.arange(0.0, 100.0, 0.1)
+    zeros = np.zeros((len(t_s), 3))
+    whole = Manoeuvre(t_s, t_s * 0.0, zeros, zeros, zeros, ((0, len(t_s)),), 0.1)
+    fitted, held = split(whole, [Ran("surge +60% coast", 30.0, 38.0, True)])
+    assert fitted.stretches == ((0, 750),) and held.stretches == ((750, 850), (850, 950))

@@ -32,6 +32,23 @@ def test_a_dumb_terminal_gets_nothing_either(monkeypatch: pytest.MonkeyPatch) ->
     assert shown_on(writing, reading) == ""
 
 
+def test_a_work_of_minutes_says_in_lines_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`companion trial report` into a file, or over ssh without a terminal, was silent for minutes."""
+    clock = [100.0]
+    monkeypatch.setattr("companion.cli.progress.time.monotonic", lambda: clock[0])
+    reading, writing = os.pipe()
+    with bar("trial report", console_on(writing), lines="it takes a minute") as told:
+        for clock[0], share in ((105.0, 0.1), (121.0, 0.0), (130.0, 0.2), (145.0, 0.25)):
+            told("fitting the hull", share)
+    os.close(writing)
+    assert read_all(reading).splitlines() == [
+        "trial report: it takes a minute",
+        "trial report: fitting the hull",
+        "trial report: fitting the hull, about 135 s left",
+    ]
+    os.close(reading)
+
+
 def test_a_terminal_sees_what_is_done_and_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     reading, writing = pty.openpty()

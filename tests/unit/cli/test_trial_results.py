@@ -6,6 +6,7 @@ import os
 import resource
 import shutil
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -127,8 +128,33 @@ def test_a_process_that_is_ended_is_no_finding(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(TrialResultError, match="no such file"):
         process()
     process.close()
+    assert not process.unfinished
     with pytest.raises(TrialResultError, match="the program ends"):
         process()
+
+
+@pytest.mark.process
+def test_one_that_is_ended_before_it_has_told_is_unfinished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the end of the run can say it: Ctrl-C ended it without a word."""
+    process = IdentifyProcess(tmp_path / "boat.toml", tmp_path)
+    monkeypatch.setattr("companion.cli.trial_results._SETTLED_S", 0.0)
+    begun = tmp_path / "begun"
+    code = f"import pathlib, time; pathlib.Path({str(begun)!r}).touch(); time.sleep(60.0)"
+    process.command = [sys.executable, "-c", code]
+    ended: list[str] = []
+
+    def run() -> None:
+        with pytest.raises(TrialResultError) as error:
+            process()
+        ended.append(str(error.value))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    while not begun.exists():
+        thread.join(0.01)
+    process.close()
+    thread.join(20.0)
+    assert process.unfinished and ended == ["the program ends"]
 
 
 @pytest.mark.process

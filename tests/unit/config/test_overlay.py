@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from companion.cli.main import main
-from companion.config.overlay import accepted, in_force, merged, overlay_name, overlays, set_accepted
+from companion.config.overlay import accepted, in_force, merged, overlay_name, overlays, set_accepted, that_count
 from companion.config.vessel import ConfigError, bundled, find, load
 
 OVERLAY = """
@@ -72,6 +72,35 @@ def test_undo_goes_back_to_the_one_before(vessel_file: Path, capsys: pytest.Capt
     assert "2026-11-22.toml: in force" in capsys.readouterr().out
     assert main(["trial", "undo", str(vessel_file)]) == 0 and load(vessel_file) == before
     assert main(["trial", "undo", str(vessel_file)]) == 2
+
+
+def test_bandwidths_alone_leave_the_model_of_the_trial_before(
+    vessel_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of a second trial, with the model of the first, that finds no better one. Its overlay took the boat back to
+    the file's hull, thrusters and heading offset."""
+    before, gains = load(vessel_file), "[trial]\naccepted = true\n[parameters]\nDP_BW_SURGE = 0.3\n"
+    oldest = written(vessel_file, "2026-11-21", OVERLAY.replace("300.0", "290.0").replace("false", "true"))
+    first = written(vessel_file, text=OVERLAY.replace("false", "true") + "DP_BW_SWAY = 0.2\n")
+    second = written(vessel_file, "2026-11-23", gains)
+    assert that_count(vessel_file) == (first, second) and in_force(vessel_file) == second
+    now = load(vessel_file)
+    assert (now.hull.m11_kg, now.hull.damping.x_u, now.thrusters[2].x_m) == (300.0, 40.0, 1.12)
+    assert (now.parameters["DP_BW_SURGE"], now.parameters["DP_BW_SWAY"]) == (0.3, 0.2)
+    assert main(["trial", "list", str(vessel_file)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == f"{oldest}: accepted, replaced" and said[2] == f"{second}: in force"
+    assert said[1] == f"{first}: in force, but for the parameters of later ones"
+    assert main(["check", str(vessel_file)]) == 0
+    assert f"model: {first.name}, {second.name}, as accepted" in capsys.readouterr().out
+    first.write_text("[[", encoding="utf-8")
+    assert load(vessel_file).hull.m11_kg == 290.0  # it says nothing of being accepted
+    first.write_text("accepted = true\n[[", encoding="utf-8")
+    with pytest.raises(ConfigError, match=rf"{first.name}: not valid TOML"):
+        load(vessel_file)
+    set_accepted(oldest, False)
+    first.unlink()
+    assert load(vessel_file).hull == before.hull
 
 
 def test_an_overlay_from_a_log_is_copied_beside_the_vessel(vessel_file: Path, tmp_path: Path) -> None:

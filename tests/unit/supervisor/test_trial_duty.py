@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from typing import Any
 
 import pytest
@@ -38,6 +39,23 @@ def test_a_complete_trial_is_identified_and_the_finding_told(boat: Boat, monkeyp
     boat.step()
     assert "Trial: new model, error 31% of before. Accept it?" in boat.texts()
     assert boat.severities["trial_identified"] is Severity.WARNING
+
+
+def test_a_second_trial_is_identified_after_the_first(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a mission with two, on a small computer: the second one was left out without a word."""
+    trials = trials_of(boat, KnownTrials())
+    completed(boat, monkeypatch)
+    boat.supervisor.trial_duty.completed(boat.now_s)
+    boat.step(1.0)
+    first, trials.runs = trials.runs, Future()
+    assert trials.done == ["identify"]
+    first.set_result(TrialFinding(True, 0.31))
+    boat.step()
+    assert trials.done == ["identify", "identify"] and boat.supervisor.trial_duty.identifying
+    trials.runs.set_result(TrialFinding(True, 0.25))
+    boat.step(1.0)
+    assert not boat.supervisor.trial_duty.identifying and trials.done == ["identify", "identify"]
+    assert "Trial: new model, error 25% of before. Accept it?" in boat.texts()
 
 
 def test_a_trial_that_gave_up_is_not(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
