@@ -3,7 +3,8 @@ corrected).
 
 North and east are interpolated separately over the chord length between waypoints, so a route may turn back on itself.
 scipy computes the coefficients once (it is imported only then); after that the curve is evaluated in plain floats.
-PCHIP is shape-preserving: it never leaves the span of two neighbouring waypoints in north or in east.
+PCHIP is shape-preserving: it never leaves the span of two neighbouring waypoints in north or in east. A cubic spline
+strays from no leg by more than the leg's length: where it would, both ends of the leg have PCHIP's slopes instead.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ _STEPS = 60  # most Newton steps of a projection
 _PLACED_M = 1.0e-3  # how exactly many places are found by their arc length
 _CLOSE_M = 1.0e-9
 _STILL = 1.0e-4  # share of a segment by which a projection steps off a point where the curve's derivative vanishes
+_SHARES = np.linspace(0.0, 1.0, 17)[:, None]  # of a segment, where its distance from the chord is looked at
 
 Floats: TypeAlias = "NDArray[np.float64]"
 
@@ -342,6 +344,10 @@ def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None
     else:
         ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
         curve = CubicSpline(knots, points, bc_type=ends)
+        slopes = curve(knots, 1)
+        if np.any(_strays(knots, points, slopes)):
+            tame = PchipInterpolator(knots, points)(knots, 1)
+            curve = CubicHermiteSpline(knots, points, _tamed(knots, points, slopes, tame))
     if kind is not PathKind.CUBIC and (before is not None or after is not None):
         slopes = curve(knots, 1)
         for at, slope, first in ((0, before, 0), (-1, after, -2)):
@@ -352,6 +358,29 @@ def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None
         curve = CubicHermiteSpline(knots, points, slopes)
     coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
     return coefficients
+
+
+def _strays(knots: Floats, points: Floats, slopes: Floats) -> NDArray[np.bool_]:
+    """The segments that stray from their chord by more than its length."""
+    width = np.diff(knots)
+    chord = np.diff(points, axis=0) / width[:, None]
+    first, last = _SHARES * (1.0 - _SHARES) ** 2, _SHARES**2 * (1.0 - _SHARES)
+    north, east = (
+        first * (slopes[:-1, axis] - chord[:, axis]) - last * (slopes[1:, axis] - chord[:, axis]) for axis in (0, 1)
+    )
+    straying: NDArray[np.bool_] = np.max(np.hypot(north, east), axis=0) > 1.0
+    return straying
+
+
+def _tamed(knots: Floats, points: Floats, slopes: Floats, tame: Floats) -> Floats:
+    """The slopes, with the tame ones at both ends of every segment that would stray."""
+    slopes = slopes.copy()
+    for _ in range(len(knots)):
+        straying = np.flatnonzero(_strays(knots, points, slopes))
+        if not len(straying):
+            break
+        slopes[straying], slopes[straying + 1] = tame[straying], tame[straying + 1]
+    return slopes
 
 
 def _within(slope: Floats, chord: Floats, kind: PathKind) -> Floats:

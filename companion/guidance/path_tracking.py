@@ -51,6 +51,7 @@ _ASTRAY_RAD = math.radians(20.0)
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
 _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
+_PAST_M = 0.2  # ahead of its place on the track, in the course there, a boat has sailed past a tip
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
 # Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
@@ -256,7 +257,7 @@ class PathTracker:
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
         pace = _MOST_PACE * max(self._speed, creep_mps(self._parameters), math.hypot(nav.north_mps, nav.east_mps))
         self._s = max(self._s, min(nearest, self._s + pace * dt_s))
-        self._s = self._over_tips(track, dt_s)
+        self._s = max(self._over_tips(track, dt_s), self._past_tips(nav, track, nearest, dt_s))
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
@@ -331,6 +332,17 @@ class PathTracker:
         return max(
             self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)
         )
+
+    def _past_tips(self, nav: NavState, track: Track, nearest_m: float, dt_s: float) -> float:
+        """The arc length reached, which advances by itself where the boat lies ahead of it in the course there: beyond
+        a tip that it did not see, whose course would lead it away for ever."""
+        here = track.at(self._s)
+        ahead_m = (nav.north_m - here.north_m) * math.cos(here.course_rad) + (nav.east_m - here.east_m) * math.sin(
+            here.course_rad
+        )
+        if nearest_m > self._s or ahead_m < _PAST_M:
+            return self._s
+        return min(track.length_m, self._s + max(self._speed, creep_mps(self._parameters)) * dt_s)
 
     def _preview_m(self, nav: NavState) -> float:
         """How far ahead the course is taken, as the bow follows late."""

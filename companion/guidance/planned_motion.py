@@ -140,9 +140,11 @@ class PlannedMotion:
         pace = max(self.speed_mps, creep)
         back = math.atan2(self._parameters["PATH_BW_CROSS"] * place.off_m, max(self.speed_mps, _LEAST_BACK_MPS))
         course = place.here.course_rad - back
-        bends, turn, change, against = self._turn(plan, place, nav, pace, dt_s)
+        bends, turn, change, bow = self._turn(plan, place, nav, pace, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
-        surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
+        # where the bow is to point astern of the course, a boat that waits for it waits for ever
+        astern = min(0.0, math.cos(bow - course))
+        surge = self.speed_mps * max(astern, math.cos(off))
         sway = self._sway_mps(nav, self.speed_mps * math.sin(off))
         up, down = plan.reach_mps2(place.s_m, self.speed_mps)
         most_mps2 = max(up, _at_most_mps2(down)) + self.speed_mps * abs(bends)
@@ -228,10 +230,10 @@ class PlannedMotion:
 
     def _turn(
         self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float, dt_s: float
-    ) -> tuple[float, float, float, bool]:
+    ) -> tuple[float, float, float, float]:
         """Take the next heading: the planned course of the bow, turned into the current as at the leg's speed, and
         towards the track where it is far. Returns its planned rate, the rate to turn at and its change, a little
-        further on, and whether the bow points into a current that carries the boat along."""
+        further on, and the heading that the boat comes to."""
         near = max(_NEAR_M, _FAR_M - _FOLLOWED * abs(self._lean_m))
         far = beyond_dead_zone(place.off_m, near) + self._lean_m
         aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
@@ -250,7 +252,7 @@ class PlannedMotion:
         self.yaw_rad = wrap_pi(last + taken * dt_s)
         rate = turn + hurry * (taken - turn)
         self._learn_lean(place.off_m, rate, dt_s)
-        return turn, rate, (1.0 - hurry) * change, math.cos(now - courses[0]) < 0.0
+        return turn, rate, (1.0 - hurry) * change, now
 
     def _correcting_radps(self, hurry: float) -> float:
         """How fast the heading comes to the plan: with a share of the planned thrust near it, at PATH_YAW_RATE from

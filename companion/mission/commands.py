@@ -124,6 +124,11 @@ class Rule:
 
 _HEADING = Range(4, "heading", "give −360 to 360 degrees, or NaN for none", -360.0, 360.0, nan=True)
 _NO_HEADING = 999.0  # which Cockpit sends with every waypoint
+_NO_HEADINGS: dict[int, tuple[float, ...]] = {
+    Command.NAV_WAYPOINT: (0.0,),
+    Command.NAV_LOITER_UNLIM: (0.0,),
+    Command.NAV_LOITER_TIME: (0.0, 1.0),
+}
 _WAYPOINT_HEADING = replace(_HEADING, also=(_NO_HEADING,))
 _SERVO = Range(1, "servo", "give the number of a servo output, 1 or more", 1, 16, whole=True)
 _RELAY = Range(1, "relay", "give the number of a relay, 0 or more", 0, 15, whole=True)
@@ -389,9 +394,9 @@ def name_of(command: int) -> str:
 def heading_rad(item: PlanItem) -> float | None:
     """The heading that a waypoint or loiter item asks for; None for none.
 
-    A waypoint without hold time and with param4 exactly 0 has none: ground stations of the ArduPilot family fill unused
-    parameters with 0, and the boat would otherwise stop and turn north at every waypoint of their plans. 360 means
-    north.
+    A param4 of exactly 0 is none: ground stations fill parameters that they do not show with 0 (Mission Planner in all
+    three items, QGroundControl in NAV_LOITER_UNLIM), and the boat would turn north. 360 means north. In NAV_LOITER_TIME
+    a 0 or 1 is MAVLink's "Xtrack Location", which QGroundControl sends; older programs have the heading there.
     """
     if (
         not math.isfinite(item.param4)
@@ -399,7 +404,7 @@ def heading_rad(item: PlanItem) -> float | None:
         or item.command in (Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT)
     ):
         return None
-    if item.command == Command.NAV_WAYPOINT and item.param4 == 0.0 and not item.param1 > 0.0:
+    if item.param4 in _NO_HEADINGS.get(item.command, ()):
         return None
     return math.radians(math.remainder(item.param4, 360.0))
 

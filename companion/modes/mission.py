@@ -41,6 +41,7 @@ from companion.modes.parts.headway import Headway
 from companion.modes.parts.mission_fence import MissionFence
 from companion.modes.parts.mission_terms import orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
+from companion.modes.parts.repeats import Repeats
 from companion.modes.parts.return_point import Homeward, ReturnPoint
 from companion.modes.parts.route_sailing import RoundObstacles, RouteSailing
 from companion.modes.parts.search import Search, Waiting
@@ -130,6 +131,7 @@ class MissionMode(Mode):
         self._turning = False  # the turn's last step is not requested yet
         self._actions: list[Action] = []
         self._waiting = Waiting(events)  # the boat holds until the way is found
+        self._repeats = Repeats()
         self._gate: DoCondition | None = None
         self._gate_since_s = 0.0
         self._blocked: str | None = None
@@ -328,8 +330,8 @@ class MissionMode(Mode):
             if task is None or isinstance(task, Complete):
                 break
             if task is not self._task:
-                if not self._is_planned(task, inputs):
-                    return self._wait_for_plan(inputs)
+                if (setpoint := self._awaited(task, inputs)) is not None:
+                    return setpoint
                 self._take_up(task, inputs)
             if self._blocked is not None:
                 return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
@@ -389,6 +391,16 @@ class MissionMode(Mode):
             return self._knows_home(inputs)
         return True
 
+    def _awaited(self, task: Sail | Orbit | _Standing, inputs: ModeInputs) -> Setpoint | None:
+        """What the boat does until the task can be taken up; None where it can."""
+        seq = task.route[0].seq if isinstance(task, Sail) else task.seq
+        if not isinstance(task, Stay) and self._repeats.too_soon(seq, inputs.now_s):  # a stay belongs to its way there
+            if isinstance(self._task, _MOVING):
+                self._hold_point.stop_here(inputs.nav)
+                self._task = None
+            return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        return None if self._is_planned(task, inputs) else self._wait_for_plan(inputs)
+
     def _goes_on(self, task: Sail) -> bool:
         """Whether the boat already sails this rest of its route."""
         before, sailing = self._task, self._sailing
@@ -422,6 +434,7 @@ class MissionMode(Mode):
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         sailed = isinstance(task, Sail) and self._goes_on(task)
         before, self._task = self._task, task
+        self._repeats.take_up(inputs.now_s)
         self._waiting.reset()
         self._minds_route = False
         self._homeward = isinstance(task, ReturnHome | Dock)
@@ -634,7 +647,7 @@ class MissionMode(Mode):
         """`off_m`: how far off its place, where that is to be said."""
         before = self._executor.progress.reached
         self._actions += self._executor.complete(seq)
-        if self._executor.progress.reached != before:
+        if self._executor.progress.reached != before and self._repeats.reached(seq, inputs.now_s):
             kind = TextKind.ATTENTION if off_m else TextKind.ROUTINE
             how = f"passed {off_m:.0f} m off" if off_m else "reached"
             self._events.say(inputs.now_s, kind, "item_reached", f"Mission item {item_number(seq)} {how}")

@@ -104,7 +104,7 @@ def item(command: int, *params: float) -> Item:
 
 def waypoint(lat_deg: float, lon_deg: float, hold_s: float = 0.0, heading_deg: float = math.nan) -> Item:
     """A waypoint, with a stay and a heading where given."""
-    return Item(_NAV_WAYPOINT, hold_s, 0.0, 0.0, heading_deg, lat_deg, lon_deg)
+    return Item(_NAV_WAYPOINT, hold_s, 0.0, 0.0, heading_deg or 360.0, lat_deg, lon_deg)  # in a plan 0 is none
 
 
 def item_of(message: Any) -> Item:

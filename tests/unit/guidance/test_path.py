@@ -231,3 +231,21 @@ def test_many_places_at_once_are_those_of_their_arc_lengths(kind: PathKind, leg_
     north, east = path.positions(np.array(near))
     for s, n, e in zip(near, north, east, strict=True):
         assert math.dist(path.position(s), (n, e)) < 2e-3
+
+
+@pytest.mark.parametrize("lead_m", [60.0, 500.0, 5000.0])
+def test_a_cubic_spline_strays_from_no_leg_by_more_than_its_length(lead_m: float) -> None:
+    """The approach to a survey swung out by kilometres: 500 m and legs of 20 m made a path of 5.2 km."""
+    lines = [(0.0, 0.0), (0.0, 20.0), (5.0, 20.0), (5.0, 0.0), (10.0, 0.0), (10.0, 20.0), (15.0, 20.0), (15.0, 0.0)]
+    points = [(-lead_m, 0.0), *lines]
+    path = build_path(points, PathKind.CUBIC)
+    for (a, b), (begin_m, end_m) in zip(itertools.pairwise(points), itertools.pairwise(path.waypoint_s_m), strict=True):
+        line = np.linspace(a, b, 400)
+        for s_m in np.linspace(begin_m, end_m, 40):
+            off = np.hypot(*(line - path.position(float(s_m))).T)
+            assert np.min(off) <= math.dist(a, b)
+    assert path.length_m < 1.35 * chords(points)[-1]
+    plain, knots = CubicSpline(chords(points), np.array(points)), chords(points)
+    for t in np.linspace(knots[3], knots[-1], 50):  # the other legs are those of the spline
+        point = path.at_parameter(float(t))
+        assert (point.north_m, point.east_m) == pytest.approx(tuple(plain(t)), abs=1e-9)

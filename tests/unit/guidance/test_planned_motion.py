@@ -10,6 +10,7 @@ import pytest
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import Point, Progress
@@ -218,3 +219,44 @@ def test_from_rest_in_a_stream_that_is_not_known_yet_the_bow_comes_round_at_once
         setpoint = tracker.update(replace(nav, east_m=side * 0.06 * tick), 0.6, DT_S).setpoint
         assert -0.15 < side * setpoint.sway_mps < 0.05, "the law knows of no stream that carries the boat"
     assert -side * setpoint.yaw_rad > math.radians(12.0)
+
+
+# (north_m, east_m, radius_m, speed_mps)
+PACKED = [
+    (0.296, 0.278, 0.5, 0.4),
+    (0.354, -0.238, 0.5, 0.4),
+    (0.354, -0.238, 0.5, 0.4),
+    (0.354, -0.238, 0.5, 0.4),
+    (-0.467, -0.284, 8.0, 0.4),
+    (0.476, 0.228, 0.5, None),
+    (0.097, 0.182, None, 0.4),
+]
+
+
+def test_points_packed_closer_than_the_boat_are_sailed() -> None:
+    """The mean of turns to and fro led the bow astern of the course there, and the boat waited for its bow for ever."""
+    parameters = Parameters(BOAT.parameters)
+    parameters.set("PATH_KIND", 0.0)
+    tracker = PathTracker(parameters, True, 3.0, aboat())
+    north_m, east_m, yaw_rad, dt_s = 0.374, -0.865, 2.872, 0.2
+    nav = replace(AT_REST, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad)
+    tracker.start([Waypoint(*point) for point in PACKED], nav)
+    for _ in range(1500):
+        progress = tracker.update(nav, SPEED_MPS, dt_s)
+        if progress.finished:
+            break
+        setpoint = progress.setpoint
+        yaw_rad += min(0.08, max(-0.08, wrap_pi(setpoint.yaw_rad - yaw_rad)))
+        north_mps, east_mps = body_to_ned(setpoint.surge_mps, setpoint.sway_mps, yaw_rad)
+        north_m, east_m = north_m + north_mps * dt_s, east_m + east_mps * dt_s
+        nav = replace(
+            AT_REST,
+            north_m=north_m,
+            east_m=east_m,
+            yaw_rad=yaw_rad,
+            surge_mps=setpoint.surge_mps,
+            sway_mps=setpoint.sway_mps,
+            north_mps=north_mps,
+            east_mps=east_mps,
+        )
+    assert progress.finished and progress.passed == len(PACKED)

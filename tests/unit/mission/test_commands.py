@@ -36,10 +36,18 @@ def _item(command: int, hold: float, yaw: float) -> PlanItem:
         (16, 0.0, 999.0, None, False),  # of Cockpit
         (16, 0.0, 360.0, 0.0, True),
         (16, 0.0, 90.0, 90.0, True),
-        (16, 5.0, 0.0, 0.0, True),
+        (16, 5.0, 0.0, None, True),
+        (16, 5.0, 360.0, 0.0, True),
+        (16, 5.0, 1.0, 1.0, True),
         (16, 5.0, math.nan, None, True),
         (17, 0.0, 270.0, -90.0, True),
-        (19, 0.0, 0.0, 0.0, True),
+        (17, 0.0, 0.0, None, True),  # QGroundControl shows no heading there, and sends 0
+        (17, 0.0, 360.0, 0.0, True),
+        (19, 9.0, 0.0, None, True),
+        (19, 9.0, 1.0, None, True),  # QGroundControl: leave the circle where the boat is
+        (19, 9.0, 90.0, 90.0, True),
+        (19, 0.0, 360.0, 0.0, True),
+        (21, 0.0, 0.0, 0.0, True),  # a berth has a heading
     ],
 )
 def test_where_the_boat_stays_and_with_what_heading(
