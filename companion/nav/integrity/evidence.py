@@ -205,6 +205,11 @@ class Evidence:
     distrusted: frozenset[Channel] = frozenset()
     suspected: frozenset[Channel] = frozenset()
 
+    @property
+    def carrying(self) -> str:
+        """The inertial sensor whose samples carry the estimate. Spares are in `imu`, too."""
+        return self.imu_used or (self.imu[-1].source if self.imu else "")
+
 
 class Hypothesis(ABC):
     """One way in which a source can lie. It sees all sources, also those that are not used.
