@@ -162,8 +162,8 @@ class Witness:
         astern: bool = False,
     ) -> list[LieFound]:
         """Judge the tick; returns what is found to lie from now on. `driven`, `maybe_late`: the boat is armed, and the
-        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use. `astern`: the thrusters
-        push astern."""
+        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use. `astern`: the boat may
+        go stern first."""
         evidence, self._evidence = self._evidence, Evidence()
         evidence.driven, evidence.maybe_late = driven and not maybe_late, driven and maybe_late
         evidence.imu_used, evidence.astern = imu_used, astern

@@ -177,11 +177,10 @@ class Evidence:
     """The readings of a tick, in order of time, with what they say against the estimate.
 
     `driven`: the boat is armed: nothing is judged else, since moorings and people move it. `maybe_late`: it is, but the
-    times of the receiver's values are in doubt: only what allows for that is judged. `astern`: the thrusters push
-    astern. `imu`: calibrated, in the
-    boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use. `inertial`, `model`: None where
-    there is none. `distrusted`: found to lie by the last tick; `suspected`: velocities that have just left their own
-    track.
+    times of the receiver's values are in doubt: only what allows for that is judged. `astern`: it may go stern first.
+    `imu`: calibrated, in the boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use.
+    `inertial`, `model`: None where there is none. `distrusted`: found to lie by the last tick; `suspected`: velocities
+    that have just left their own track.
     """
 
     positions: list[PositionSeen] = field(default_factory=list)
