@@ -189,7 +189,7 @@ class InertialSolution:
             self._stop_if_diverged()
             self._bound_biases()
             self.odometer.learn(imu.t_s, self.filter.gyro_bias[2], self._bias_sigma_radps())
-            self._memory.keep(imu.t_s, self.filter)
+            self._memory.keep(imu.t_s, self.filter, self.swing)
 
     def _predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
         """Advance filter and odometer by one sample."""

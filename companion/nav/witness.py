@@ -120,11 +120,10 @@ class Witness:
         """Note a velocity; the verdict on it, or None: the usual rule."""
         here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
         north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
-        felt = solution.odometer if _feels(solution, velocity.t_s) else None
+        felt = _gained(solution) if _feels(solution, velocity.t_s) else (None, None)
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
-            north - here.north_mps, east - here.east_mps,
-            None if felt is None else felt.north_mps, None if felt is None else felt.east_mps, sigma_mps,
+            north - here.north_mps, east - here.east_mps, *felt, sigma_mps,
         )  # fmt: skip
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
@@ -189,9 +188,15 @@ def _way(solution: InertialSolution, t_s: float) -> InertialWay:
     )
 
 
+def _gained(inertial: InertialSolution) -> tuple[float, float]:
+    """What the accelerometers have added up to, of the boat's origin: their own place swings about it in a turn."""
+    odometer, (north_mps, east_mps) = inertial.odometer, inertial.swing
+    return odometer.north_mps - north_mps, odometer.east_mps - east_mps
+
+
 def _inertial_step(inertial: InertialSolution) -> InertialStep:
     odometer = inertial.odometer
-    swing_north, swing_east = inertial.swing
+    (north_mps, east_mps), (swing_north, swing_east) = _gained(inertial), inertial.swing
     lanes = []
     for lane in inertial.lanes if inertial.feels else ():
         first, now = lane.first, lane.velocity
@@ -199,8 +204,8 @@ def _inertial_step(inertial: InertialSolution) -> InertialStep:
         lanes.append(LaneStep(lane.from_s, first[0], first[1], now[0] - swing_north, now[1] - swing_east, sigma_mps))
     return InertialStep(
         odometer.run,
-        odometer.north_mps,
-        odometer.east_mps,
+        north_mps,
+        east_mps,
         odometer.turned_rad,
         odometer.bias_sigma_radps,
         tuple(lanes),

@@ -103,7 +103,7 @@ class PositionSeen(NamedTuple):
 
 class VelocitySeen(NamedTuple):
     """A velocity over ground of the boat's origin. `off_*`: less the estimate. `inertial_*`: what the accelerometers
-    have added up to; None without them. `raw`: as the receiver gave it."""
+    have added up to, of the origin, too; None without them. `raw`: as the receiver gave it."""
 
     t_s: float
     source: str
