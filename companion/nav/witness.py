@@ -123,7 +123,7 @@ class Witness:
         felt = _gained(solution) if _feels(solution, velocity.t_s) else (None, None)
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
-            north - here.north_mps, east - here.east_mps, *felt, sigma_mps,
+            north - here.north_mps, east - here.east_mps, felt[0], felt[1], sigma_mps,
         )  # fmt: skip
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
