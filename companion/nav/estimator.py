@@ -92,7 +92,7 @@ class Estimator:
         self._latencies_s = {row.name: row.latency_s for row in config.sensors}
         periods_s = {row.name: 1.0 / row.rate_hz for row in config.sensors if row.rate_hz}
         self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s, periods_s)
-        self._witness = Witness(parameters, say)
+        self._witness = Witness(parameters, say, self._levers)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._validity = Validity(parameters)
         self._solutions = Solutions()

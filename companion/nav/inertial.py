@@ -163,6 +163,7 @@ class InertialSolution:
         arm, swing = rotate(filter_.rotation, further), velocity_ned(filter_.rotation, filter_.rates, further)
         filter_.position = n + arm[0], e + arm[1], d + arm[2]
         filter_.velocity = vn + swing[0], ve + swing[1], vd + swing[2]
+        self.odometer.move(arm[:2], swing[:2])
         self.odometer.begin()
         self._memory.clear()
 

@@ -47,6 +47,14 @@ class InertialSums:
         self._biases.clear()
         self.bias_sigma_radps = math.inf
 
+    def move(self, arm: tuple[float, float], swing: tuple[float, float]) -> None:
+        """From now on the sums are of another point of the hull, that far (m) from the one before; `swing`: its
+        velocity relative to that."""
+        self.north_m += arm[0]
+        self.east_m += arm[1]
+        self.north_mps += swing[0]
+        self.east_mps += swing[1]
+
     def learn(self, t_s: float, bias_radps: float, sigma_radps: float) -> None:
         """Take the gyro's bias about the vertical, as the filter knows it now."""
         biases = self._biases

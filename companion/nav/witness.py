@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TypeGuard
 
 from companion.core.angles import wrap_pi
@@ -41,8 +43,12 @@ class Witness:
     """Call a method for each reading, before it is used, and `conclude` once a tick. Remembers the evidence of the
     present tick."""
 
-    def __init__(self, parameters: Parameters, say: Announce) -> None:
+    def __init__(
+        self, parameters: Parameters, say: Announce, levers_m: Mapping[str, Vector] = MappingProxyType({})
+    ) -> None:
+        """`levers_m`: where sensors sit, from the boat's origin."""
         self.monitor = IntegrityMonitor(parameters, say)
+        self._levers_m = levers_m
         self._say = say
         self._evidence = Evidence()
         self._dated: set[str] = set()  # receivers that have told a time that can be
@@ -165,7 +171,7 @@ class Witness:
         go stern first."""
         evidence, self._evidence = self._evidence, Evidence()
         evidence.driven, evidence.maybe_late = driven and not maybe_late, driven and maybe_late
-        evidence.imu_used, evidence.astern = imu_used, astern
+        evidence.imu_used, evidence.astern, evidence.levers_m = imu_used, astern, self._levers_m
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and evidence.driven:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from companion.core.named import Named
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
+from companion.nav.lever_arms import Vector
 
 SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
 
@@ -178,9 +179,9 @@ class Evidence:
 
     `driven`: the boat is armed: nothing is judged else, since moorings and people move it. `maybe_late`: it is, but the
     times of the receiver's values are in doubt: only what allows for that is judged. `astern`: it may go stern first.
-    `imu`: calibrated, in the boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use.
-    `inertial`, `model`: None where there is none. `distrusted`: found to lie by the last tick; `suspected`: velocities
-    that have just left their own track.
+    `imu`: calibrated, in the boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use;
+    `levers_m`: where sensors sit, from the boat's origin. `inertial`, `model`: None where there is none. `distrusted`:
+    found to lie by the last tick; `suspected`: velocities that have just left their own track.
     """
 
     positions: list[PositionSeen] = field(default_factory=list)
@@ -195,6 +196,7 @@ class Evidence:
     maybe_late: bool = False
     astern: bool = False
     imu_used: str | None = None
+    levers_m: Mapping[str, Vector] = field(default_factory=dict)
     inertial: InertialStep | None = None
     model: ModelStep | None = None
     yaw_rad: float = 0.0

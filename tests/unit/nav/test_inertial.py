@@ -157,3 +157,25 @@ def test_a_filter_that_begins_in_a_wave_soon_knows_how_the_boat_heaves() -> None
         if k > 1500:
             worst_mps = max(worst_mps, abs(made.filter.velocity[2] - heave_m * radps * math.cos(radps * t_s)))
     assert worst_mps < 0.15 * heave_m * radps
+
+
+def test_what_the_sums_say_of_the_boats_origin_stays_where_another_sensor_takes_over() -> None:
+    """It sits two metres further ahead, in a turn: the receiver seemed to jump by them."""
+    made = InertialSolution(G, ZERO)
+    made.sample(Imu(0.0, "imu", 0.0, 0.0, -G, 0.0, 0.0, 0.5))
+    made.start(Motion(0.0, ZERO, (1.0, 0.0, 0.0), (0.0, 0.0, 0.7), ZERO, 0.1, 0.05, 0.01), (0.0, 0.0))
+    made.sample(Imu(0.01, "imu", 0.0, 0.0, -G, 0.0, 0.0, 0.5))
+
+    def of_the_origin() -> tuple[float, ...]:
+        sums, arm, swing = made.odometer, made.offset(made.lever_m), made.swing
+        return (
+            sums.north_m - arm.north_m,
+            sums.east_m - arm.east_m,
+            sums.north_mps - swing[0],
+            sums.east_mps - swing[1],
+        )
+
+    before = of_the_origin()
+    made.carry_over((2.0, 0.0, 0.0), made.filter.noise)
+    assert math.hypot(*made.swing) == pytest.approx(1.0, rel=0.01)
+    assert of_the_origin() == pytest.approx(before)
