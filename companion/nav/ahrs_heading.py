@@ -217,9 +217,13 @@ class AhrsHeading:
         x, y, z = self._level
         return math.atan2(-y, -z), math.atan2(x, math.hypot(y, z)), 0.0
 
-    def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector) -> None:
-        """Take a velocity over ground, of the point `lever_m` from the boat's origin."""
-        self._correction.velocity(t_s, north_mps, east_mps)
+    def velocity(
+        self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector, astern: bool = False
+    ) -> None:
+        """Take a velocity over ground, of the point `lever_m` from the boat's origin. `astern`: the boat may go stern
+        first, so that its course is no heading."""
+        if not astern:
+            self._correction.velocity(t_s, north_mps, east_mps)
         row = self._row
         self.filter.velocity(t_s, north_mps, east_mps, sigma_mps, relative(lever_m, (row.x_m, row.y_m, row.z_m)))
 

@@ -51,6 +51,10 @@ _LONGEST_STEP_S = 0.05
 _LARGE_TURN_RAD = 1e-3  # of an injected error: a smaller one changes no variance by a thousandth
 _MEAN_S = 0.15  # of the acceleration that late velocities lack: half of a long latency
 _LATE_WALK_S_RTS = 5e-4  # s/√s: 4 ms in a minute, since no latency is quite constant
+_TELLS_MPS, _TELLS_MPS2 = (
+    0.1,
+    0.05,
+)  # a latency shows in no less: below, it is the estimate's own noise that seems to tell
 _STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
@@ -396,7 +400,8 @@ class ErrorStateFilter:
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 1.0
         h[_V] = h[SIZE + _V + 1] = -lag_s
-        h[_L], h[SIZE + _L] = mean_s * gn - vn, mean_s * ge - ve
+        tells = math.hypot(vn, ve) > _TELLS_MPS
+        h[_L], h[SIZE + _L] = (mean_s * gn - vn, mean_s * ge - ve) if tells else (0.0, 0.0)
         self._set_arm(h, arm)
         y1 = north_m - (self.position[0] - lag_s * (vn - 0.5 * late_s * gn) + arm[0]) - self.wander[0]
         y2 = east_m - (self.position[1] - lag_s * (ve - 0.5 * late_s * ge) + arm[1]) - self.wander[1]
@@ -413,7 +418,7 @@ class ErrorStateFilter:
         h[_V] = h[SIZE + _V + 1] = 1.0
         gn, ge = self.gaining
         late_s = self.late_s if late else 0.0
-        h[_L], h[SIZE + _L] = (-gn, -ge) if late else (0.0, 0.0)
+        h[_L], h[SIZE + _L] = (-gn, -ge) if late and math.hypot(gn, ge) > _TELLS_MPS2 else (0.0, 0.0)
         self._set_arm(h, arm)
         y1 = north_mps - (self.velocity[0] - late_s * gn) - arm[0]
         y2 = east_mps - (self.velocity[1] - late_s * ge) - arm[1]

@@ -44,6 +44,7 @@ from companion.nav.side_readings import SideReadings
 from companion.nav.solution import Motion
 from companion.nav.solutions import Solutions
 from companion.nav.sources import SourceSelector, plausible
+from companion.nav.sternway import Sternway
 from companion.nav.validity import Validity
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
@@ -91,13 +92,14 @@ class Estimator:
         self._latencies_s = {row.name: row.latency_s for row in config.sensors}
         periods_s = {row.name: 1.0 / row.rate_hz for row in config.sensors if row.rate_hz}
         self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s, periods_s)
-        self._witness = Witness(parameters, say)
+        self._witness = Witness(parameters, say, self._levers)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._validity = Validity(parameters)
         self._solutions = Solutions()
         self._fixes = Fixes(config, parameters, say, self._accuracies, self._witness, self._validity, self._solutions)
         self._model = ModelAid(config, parameters)
         self._pairs = antenna_pairs(config.sensors)
+        self._sternway = Sternway()
         self._side = SideReadings(timeouts_s, self._witness)
         self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
 
@@ -121,6 +123,7 @@ class Estimator:
             if plausible(reading, now_s)
         ]
         self._fixes.driven = thrust is not None
+        self._sternway.update(thrust, now_s)
         self._queue.add(readings)
         for reading in self._queue.due(now_s):
             self._take(reading)
@@ -133,7 +136,7 @@ class Estimator:
         self._side.take(readings, motion, pose.oriented)
         self._aid_by_model(motion, thrust, now_s)
         driven, late = thrust is not None and pose.started, self._receivers.unsettled(self._fixes.source)
-        used, astern = self._imus.current, thrust is not None and thrust.surge_n < 0.0
+        used, astern = self._imus.current, self._sternway.possible
         found = self._witness.conclude(driven, late, motion, self.inertial, self._model.current, now_s, used, astern)
         self._react(found)
         if self._witness.monitor.untrusted:
@@ -365,11 +368,25 @@ class Estimator:
             blind = used is not None and not self._witness.trusts(Sense.HEADING, used)
         elif self._headings.by_motion:
             known_rad = solution.filter.sigmas()[2]
-        course = self._headings.course(velocity, known_rad, blind)
+        ahead = self._of_the_bow(velocity)
+        course = None if ahead is None else self._headings.course(ahead, known_rad, blind)
         if course is not None:
             self._fuse_heading(velocity.t_s, course)
+        astern = self._sternway.possible
         for ahrs in self._ahrs.values():
-            ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
+            ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever, astern)
+
+    def _of_the_bow(self, velocity: GroundVelocity) -> GroundVelocity | None:
+        """The velocity, turned round where the boat goes stern first; None where nobody knows whether it does."""
+        if not self._sternway.possible:
+            return velocity
+        motion = self._solutions.used.motion(velocity.t_s)
+        if not self._solutions.pose.oriented or is_lost(motion.yaw_sigma_rad):
+            return None
+        surge_mps, _ = ned_to_body(velocity.north_mps, velocity.east_mps, motion.attitude[2])
+        if surge_mps >= 0.0:
+            return velocity
+        return replace(velocity, north_mps=-velocity.north_mps, east_mps=-velocity.east_mps)
 
     def _search_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
         """Look for the heading by the boat's motion while nothing measures it."""

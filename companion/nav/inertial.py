@@ -163,6 +163,7 @@ class InertialSolution:
         arm, swing = rotate(filter_.rotation, further), velocity_ned(filter_.rotation, filter_.rates, further)
         filter_.position = n + arm[0], e + arm[1], d + arm[2]
         filter_.velocity = vn + swing[0], ve + swing[1], vd + swing[2]
+        self.odometer.move(arm[:2], swing[:2])
         self.odometer.begin()
         self._memory.clear()
 
@@ -189,7 +190,7 @@ class InertialSolution:
             self._stop_if_diverged()
             self._bound_biases()
             self.odometer.learn(imu.t_s, self.filter.gyro_bias[2], self._bias_sigma_radps())
-            self._memory.keep(imu.t_s, self.filter)
+            self._memory.keep(imu.t_s, self.filter, self.swing)
 
     def _predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
         """Advance filter and odometer by one sample."""

@@ -2,7 +2,8 @@
 
 The filter learns the biases of one unit. Another one has others, so that a plain switch would turn and tilt the
 estimate by their difference for a minute. So each unit has an offset, its mean difference from what the filter gets,
-and the filter gets samples less that. Of three units or more it gets the median of each axis: one that lies has no part
+and the filter gets samples less that. Units that sit apart from each other feel other forces in a turn: what the turn
+makes of their places is no offset. Of three units or more it gets the median of each axis: one that lies has no part
 in it, from its first sample on, before anything has found that it lies (`integrity/imu_apart.py`). Of two, neither
 knows which is right: the filter gets the one in use.
 
@@ -13,13 +14,14 @@ a filter a unit, and notices a lie only by what it has done to one of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from statistics import median
 
 from companion.config.devices import SensorConfig
 from companion.config.sensors import is_inertial
 from companion.core.readings import Imu
+from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2, lever_arms, relative
 
 _MEAN_S = 30.0  # over which an offset is averaged
 _KNOWN_S = 5.0  # from when on it counts
@@ -48,9 +50,12 @@ class _Unit:
 
 
 class InertialUnits:
-    """Call `take` for each sample of each unit that is trusted. Remembers the units, and what the filter got last."""
+    """Call `take` for each sample of each unit that is trusted. Remembers the units, and what the filter got last, as
+    of the boat's origin."""
 
-    def __init__(self) -> None:
+    def __init__(self, levers_m: Mapping[str, Vector] | None = None) -> None:
+        """`levers_m`: from the boat's origin to each unit; None: they sit at one place."""
+        self._levers_m = levers_m or {}
         self._units: dict[str, _Unit] = {}
         self._given: tuple[float, Six] | None = None
         self._voted_s = -math.inf
@@ -69,14 +74,15 @@ class InertialUnits:
         if unit is None or imu.t_s - unit.t_s > _GAP_S:
             kept = _ZERO if unit is None else unit.offset
             unit = self._units[imu.source] = _Unit(imu.t_s, imu.t_s, values, kept, bound=not self._runs(imu.t_s))
-        dt_s = imu.t_s - unit.t_s
-        unit.t_s, unit.values = imu.t_s, values
+        dt_s, lever_m = imu.t_s - unit.t_s, self._levers_m.get(imu.source, ZERO)
+        unit.t_s, unit.values = imu.t_s, _moved(values, relative(_rates(values), _rates(unit.offset)), lever_m, -1.0)
         if used:
             self._given = imu.t_s, self._vote(unit)
         self._align(unit, dt_s)
         if not used or self._given is None:
             return imu
-        x, y, z, p, q, r = self._given[1]
+        given = self._given[1]
+        x, y, z, p, q, r = _moved(given, _rates(given), lever_m, 1.0)
         return replace(imu, x_mps2=x, y_mps2=y, z_mps2=z, roll_rate_radps=p, pitch_rate_radps=q, yaw_rate_radps=r)
 
     def aligned(self, imu: Imu) -> Imu:
@@ -115,7 +121,10 @@ class InertialUnits:
 
 def inertial_units(sensors: Iterable[SensorConfig]) -> InertialUnits | None:
     """None for a boat with one inertial sensor or none: it has nothing to bring together."""
-    return InertialUnits() if sum(is_inertial(row) for row in sensors) > 1 else None
+    levers_m = lever_arms([row for row in sensors if is_inertial(row)])
+    if len(levers_m) < 2:
+        return None
+    return InertialUnits(levers_m if len(set(levers_m.values())) > 1 else None)
 
 
 def silences_s(sensors: Iterable[SensorConfig]) -> dict[str, float]:
@@ -128,6 +137,19 @@ def silences_s(sensors: Iterable[SensorConfig]) -> dict[str, float]:
         else row.timeout_s
         for row in rows
     }
+
+
+def _rates(values: Six) -> Vector:
+    return values[3], values[4], values[5]
+
+
+def _moved(values: Six, rates: Vector, lever_m: Vector, sign: float) -> Six:
+    """The sample by a sensor `lever_m` further away (sign 1), or nearer (-1): f ± ω × (ω × l). Angular acceleration is
+    left out: it has no mean."""
+    if lever_m == ZERO:
+        return values
+    x, y, z = centripetal_mps2(rates, lever_m)
+    return values[0] + sign * x, values[1] + sign * y, values[2] + sign * z, *values[3:]
 
 
 def _values(imu: Imu) -> Six:

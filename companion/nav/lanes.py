@@ -47,6 +47,14 @@ class InertialSums:
         self._biases.clear()
         self.bias_sigma_radps = math.inf
 
+    def move(self, arm: tuple[float, float], swing: tuple[float, float]) -> None:
+        """From now on the sums are of another point of the hull, that far (m) from the one before; `swing`: its
+        velocity relative to that."""
+        self.north_m += arm[0]
+        self.east_m += arm[1]
+        self.north_mps += swing[0]
+        self.east_mps += swing[1]
+
     def learn(self, t_s: float, bias_radps: float, sigma_radps: float) -> None:
         """Take the gyro's bias about the vertical, as the filter knows it now."""
         biases = self._biases
@@ -66,8 +74,8 @@ class InertialSums:
 
 
 class Lane:
-    """Dead reckoning by the inertial sensor alone, from the filter as it was at `from_s`. `first`, `velocity`: in NED,
-    then and now.
+    """Dead reckoning by the inertial sensor alone, from the filter as it was at `from_s`. In NED: `first`, the velocity
+    of the boat's origin then; `velocity`, that of the sensor's place now.
 
     Source: as ArduPilot runs filters side by side, and PX4's yaw estimator; here without measurements at all.
     """
@@ -88,9 +96,10 @@ class Lane:
         "velocity",
     )
 
-    def __init__(self, from_s: float, filter_: ErrorStateFilter) -> None:
+    def __init__(self, from_s: float, filter_: ErrorStateFilter, swing: tuple[float, float]) -> None:
         self.from_s = from_s
-        self.first = self.velocity = filter_.velocity
+        self.velocity = filter_.velocity
+        self.first = self.velocity[0] - swing[0], self.velocity[1] - swing[1]
         self._quaternion: Quaternion = filter_.quaternion
         self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
         self._gravity_mps2 = filter_.gravity_mps2
@@ -172,8 +181,9 @@ class InertialMemory:
         for lane in self.lanes:
             lane.advance(force, rates, dt_s)
 
-    def keep(self, t_s: float, filter_: ErrorStateFilter) -> None:
-        """Remember the filter, if half a second has passed, and begin a lane where one is due."""
+    def keep(self, t_s: float, filter_: ErrorStateFilter, swing: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Remember the filter, if half a second has passed, and begin a lane where one is due. `swing`: velocity of the
+        sensor relative to the boat's origin, in NED."""
         kept, lanes = self._kept, self.lanes
         if kept and t_s - kept[-1].t_s < _KEPT_EVERY_S:
             return
@@ -189,7 +199,7 @@ class InertialMemory:
         if lanes and t_s - lanes[0].from_s >= _LANE_LIFE_S:
             del lanes[0]
         if not lanes or t_s - lanes[-1].from_s >= _LANE_EVERY_S:
-            lanes.append(Lane(t_s, filter_))
+            lanes.append(Lane(t_s, filter_, swing))
 
     def go_back(self, since_s: float, now_s: float, filter_: ErrorStateFilter) -> bool:
         """Take the filter back to before `since_s`, and on from there by the samples alone. False if it does not

@@ -40,6 +40,11 @@ def velocity_ned(matrix: Matrix, rates_radps: Vector, lever_m: Vector) -> Vector
     return rotate(matrix, cross(rates_radps, lever_m))
 
 
+def centripetal_mps2(rates_radps: Vector, lever_m: Vector) -> Vector:
+    """What a steady turn adds to the force felt at `lever_m`, beside that at the reference point: ω × (ω × l)."""
+    return cross(rates_radps, cross(rates_radps, lever_m))
+
+
 def relative(lever_m: Vector, reference_m: Vector) -> Vector:
     """The vector `lever_m` − `reference_m`: a lever arm from another point of the hull."""
     return lever_m[0] - reference_m[0], lever_m[1] - reference_m[1], lever_m[2] - reference_m[2]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TypeGuard
 
 from companion.core.angles import wrap_pi
@@ -41,8 +43,12 @@ class Witness:
     """Call a method for each reading, before it is used, and `conclude` once a tick. Remembers the evidence of the
     present tick."""
 
-    def __init__(self, parameters: Parameters, say: Announce) -> None:
+    def __init__(
+        self, parameters: Parameters, say: Announce, levers_m: Mapping[str, Vector] = MappingProxyType({})
+    ) -> None:
+        """`levers_m`: where sensors sit, from the boat's origin."""
         self.monitor = IntegrityMonitor(parameters, say)
+        self._levers_m = levers_m
         self._say = say
         self._evidence = Evidence()
         self._dated: set[str] = set()  # receivers that have told a time that can be
@@ -120,11 +126,10 @@ class Witness:
         """Note a velocity; the verdict on it, or None: the usual rule."""
         here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
         north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
-        felt = solution.odometer if _feels(solution, velocity.t_s) else None
+        felt = _gained(solution) if _feels(solution, velocity.t_s) else (None, None)
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
-            north - here.north_mps, east - here.east_mps,
-            None if felt is None else felt.north_mps, None if felt is None else felt.east_mps, sigma_mps,
+            north - here.north_mps, east - here.east_mps, felt[0], felt[1], sigma_mps,
         )  # fmt: skip
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
@@ -162,11 +167,11 @@ class Witness:
         astern: bool = False,
     ) -> list[LieFound]:
         """Judge the tick; returns what is found to lie from now on. `driven`, `maybe_late`: the boat is armed, and the
-        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use. `astern`: the thrusters
-        push astern."""
+        times of the receiver's values are in doubt. `imu_used`: the inertial sensor in use. `astern`: the boat may
+        go stern first."""
         evidence, self._evidence = self._evidence, Evidence()
         evidence.driven, evidence.maybe_late = driven and not maybe_late, driven and maybe_late
-        evidence.imu_used, evidence.astern = imu_used, astern
+        evidence.imu_used, evidence.astern, evidence.levers_m = imu_used, astern, self._levers_m
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and evidence.driven:
@@ -189,9 +194,15 @@ def _way(solution: InertialSolution, t_s: float) -> InertialWay:
     )
 
 
+def _gained(inertial: InertialSolution) -> tuple[float, float]:
+    """What the accelerometers have added up to, of the boat's origin: their own place swings about it in a turn."""
+    odometer, (north_mps, east_mps) = inertial.odometer, inertial.swing
+    return odometer.north_mps - north_mps, odometer.east_mps - east_mps
+
+
 def _inertial_step(inertial: InertialSolution) -> InertialStep:
     odometer = inertial.odometer
-    swing_north, swing_east = inertial.swing
+    (north_mps, east_mps), (swing_north, swing_east) = _gained(inertial), inertial.swing
     lanes = []
     for lane in inertial.lanes if inertial.feels else ():
         first, now = lane.first, lane.velocity
@@ -199,8 +210,8 @@ def _inertial_step(inertial: InertialSolution) -> InertialStep:
         lanes.append(LaneStep(lane.from_s, first[0], first[1], now[0] - swing_north, now[1] - swing_east, sigma_mps))
     return InertialStep(
         odometer.run,
-        odometer.north_mps,
-        odometer.east_mps,
+        north_mps,
+        east_mps,
         odometer.turned_rad,
         odometer.bias_sigma_radps,
         tuple(lanes),

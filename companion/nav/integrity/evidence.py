@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from companion.core.named import Named
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
+from companion.nav.lever_arms import Vector
 
 SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
 
@@ -103,7 +104,7 @@ class PositionSeen(NamedTuple):
 
 class VelocitySeen(NamedTuple):
     """A velocity over ground of the boat's origin. `off_*`: less the estimate. `inertial_*`: what the accelerometers
-    have added up to; None without them. `raw`: as the receiver gave it."""
+    have added up to, of the origin, too; None without them. `raw`: as the receiver gave it."""
 
     t_s: float
     source: str
@@ -177,11 +178,10 @@ class Evidence:
     """The readings of a tick, in order of time, with what they say against the estimate.
 
     `driven`: the boat is armed: nothing is judged else, since moorings and people move it. `maybe_late`: it is, but the
-    times of the receiver's values are in doubt: only what allows for that is judged. `astern`: the thrusters push
-    astern. `imu`: calibrated, in the
-    boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use. `inertial`, `model`: None where
-    there is none. `distrusted`: found to lie by the last tick; `suspected`: velocities that have just left their own
-    track.
+    times of the receiver's values are in doubt: only what allows for that is judged. `astern`: it may go stern first.
+    `imu`: calibrated, in the boat's axes; `raw_imu`: as the sensor gave them; `imu_used`: the sensor in use;
+    `levers_m`: where sensors sit, from the boat's origin. `inertial`, `model`: None where there is none. `distrusted`:
+    found to lie by the last tick; `suspected`: velocities that have just left their own track.
     """
 
     positions: list[PositionSeen] = field(default_factory=list)
@@ -196,6 +196,7 @@ class Evidence:
     maybe_late: bool = False
     astern: bool = False
     imu_used: str | None = None
+    levers_m: Mapping[str, Vector] = field(default_factory=dict)
     inertial: InertialStep | None = None
     model: ModelStep | None = None
     yaw_rad: float = 0.0
@@ -204,6 +205,11 @@ class Evidence:
     east_mps: float = 0.0
     distrusted: frozenset[Channel] = frozenset()
     suspected: frozenset[Channel] = frozenset()
+
+    @property
+    def carrying(self) -> str:
+        """The inertial sensor whose samples carry the estimate. Spares are in `imu`, too."""
+        return self.imu_used or (self.imu[-1].source if self.imu else "")
 
 
 class Hypothesis(ABC):

@@ -15,14 +15,19 @@ _SPEED_MPS = 3.0  # slower boats drift, and may go sideways or astern
 _DRIFT_MPS = 0.7  # by wind and current, across the course
 _LEAST_RAD = math.radians(10.0)
 _WANDERS = 3.0
-_LASTS_S = 8.0
+_LASTS_S = 8.0  # of straight course
+_GAP_S, _FORGOTTEN_S = 2.5, 30.0  # between two headings that are compared: longer is no part of that; it begins anew
 _TURN_RADPS = math.radians(5.0)  # in turns a boat slips
 _MEASURED_S = 1.5  # age of the last velocity up to which the course is measured: dead reckoning drifts
 
 
 @dataclass(slots=True)
 class _Source:
-    since_s: float | None = None  # since when heading and course differ
+    """Since when heading and course differ, and for how long a straight course has shown it."""
+
+    since_s: float | None = None
+    lasted_s: float = 0.0
+    compared_s: float = -math.inf
     found: bool = False
 
 
@@ -75,11 +80,14 @@ class HeadingCourse(Hypothesis):
         off_rad = abs(wrap_pi(course_rad - seen.yaw_rad))
         if astern:
             off_rad = min(off_rad, math.pi - off_rad)
+        passed_s, source.compared_s = seen.t_s - source.compared_s, seen.t_s
         if off_rad <= explained_rad + _WANDERS * seen.wander_rad:
             source.since_s, source.found = None, False
             return
-        if source.since_s is None:
-            source.since_s = seen.t_s
-        doubt = (seen.t_s - source.since_s) / _LASTS_S
+        if source.since_s is None or (passed_s > _FORGOTTEN_S and not source.found):
+            source.since_s, source.lasted_s = seen.t_s, 0.0
+        elif passed_s <= _GAP_S:
+            source.lasted_s += passed_s
+        doubt = source.lasted_s / _LASTS_S
         self.doubt = max(self.doubt, min(doubt, 1.0))
         source.found = source.found or doubt >= 1.0

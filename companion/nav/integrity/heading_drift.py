@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 
 from companion.core.angles import wrap_pi
-from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
+from companion.core.readings import Imu
+from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, ModelStep, Sense
 from companion.nav.integrity.late_heading import explained_by_latency
 from companion.nav.integrity.statistics import Median3, NoiseSize, ScalarCusum
 
@@ -119,7 +120,8 @@ class HeadingDrift(Hypothesis):
 
     def __init__(self) -> None:
         self._sources: dict[str, _Source] = {}
-        self._rates: deque[tuple[float, float]] = deque()  # (time, yaw rate) of the samples
+        self._sensor = ""  # the inertial sensor that carries the estimate
+        self._rates: deque[tuple[float, float]] = deque()  # (time, yaw rate) of its samples
         self._imu: tuple[str, str, float] | None = None  # the sensor whose gyro lies, how, and since when
         self._turning: deque[tuple[float, float, float]] = deque()  # time, yaw rate, and what the model adds up to
         self._run: int | None = None
@@ -150,35 +152,49 @@ class HeadingDrift(Hypothesis):
                 self._compare(source, seen, evidence, Channel(Sense.HEADING, seen.source) in evidence.distrusted)
             else:
                 source.last = None
-        if self._imu is not None:
-            source_name, fault, since_s = self._imu
-            return (LieFound(Channel(Sense.GYRO, source_name), fault, since_s, lasting=True),)
-        return [
+        found = [
             LieFound(Channel(Sense.HEADING, name), "drifts", source.since_s, asks=True)
             for name, source in self._sources.items()
             if source.since_s is not None
         ]
+        if self._imu is None:
+            return found
+        sensor, fault, since_s = self._imu
+        lies = LieFound(Channel(Sense.GYRO, sensor), fault, since_s, lasting=True)
+        return (lies,) if sensor == self._sensor else (lies, *found)
 
     def _remember(self, evidence: Evidence, now_s: float) -> None:
-        step, rates = evidence.inertial, self._rates
+        step, rates, sensor = evidence.inertial, self._rates, evidence.carrying
+        if sensor != self._sensor:
+            self._change(sensor)
         if step is None or step.run != self._run:
             rates.clear()
             for source in self._sources.values():
                 source.last = None
         self._run = None if step is None else step.run
-        self._remember_model(evidence, now_s)
-        rates.extend((imu.t_s, imu.yaw_rate_radps) for imu in evidence.imu)
+        samples = [imu for imu in evidence.imu if imu.source == sensor]
+        self._remember_model(samples, evidence.model, now_s)
+        rates.extend((imu.t_s, imu.yaw_rate_radps) for imu in samples)
         while rates and rates[0][0] < now_s - _MEMORY_S:
             rates.popleft()
 
-    def _remember_model(self, evidence: Evidence, now_s: float) -> None:
+    def _change(self, sensor: str) -> None:
+        """Another gyro has another bias; and what headings seemed to do beside one that lies is void."""
+        if self._imu is not None and self._imu[0] == self._sensor:
+            for source in self._sources.values():
+                source.since_s = None
+        self._sensor = sensor
+        self._rates.clear()
+        self._turning.clear()
+
+    def _remember_model(self, samples: Sequence[Imu], model: ModelStep | None, now_s: float) -> None:
         """The gyro's rate beside that of the hull model, for each tick."""
-        turning, imu = self._turning, evidence.imu
-        if evidence.model is None or not imu:
+        turning = self._turning
+        if model is None or not samples:
             turning.clear()
             return
-        mean_radps = sum(sample.yaw_rate_radps for sample in imu) / len(imu)
-        turning.append((now_s, mean_radps, evidence.model.turn_radps))
+        mean_radps = sum(sample.yaw_rate_radps for sample in samples) / len(samples)
+        turning.append((now_s, mean_radps, model.turn_radps))
         while turning[0][0] < now_s - _MEMORY_S:
             turning.popleft()
 
@@ -211,7 +227,7 @@ class HeadingDrift(Hypothesis):
                 self._blame(source, seen, evidence)
                 source.opposite, source.unused_s = 0, seen.t_s
             elif source.since_s is not None and distrusted and evidence.imu:
-                self._reconsider(source, source.since_s, seen.t_s, evidence.imu[-1].source)
+                self._reconsider(source, source.since_s, seen.t_s, evidence.carrying)
             source.drifted_s = seen.t_s
             source.cusum.clear(seen.t_s)
         elif seen.t_s - source.drifted_s >= _STEADY_S and abs(seen.off_rad) <= _AGREES_RAD + 3.0 * seen.sigma_rad:
@@ -225,9 +241,9 @@ class HeadingDrift(Hypothesis):
         if not evidence.imu:
             source.since_s = onset_s
         elif mirrored and source.track.is_opposite(onset_s) and _against_model(self._turning, onset_s):
-            self._imu = evidence.imu[-1].source, "yaw axis reversed", onset_s
+            self._imu = evidence.carrying, "yaw axis reversed", onset_s
         elif step_radps >= max(_STEP_SHARE * rate_radps, _LEAST_STEP_RADPS):
-            self._imu = evidence.imu[-1].source, "yaw rate is off", onset_s
+            self._imu = evidence.carrying, "yaw rate is off", onset_s
         else:
             source.since_s = onset_s
 

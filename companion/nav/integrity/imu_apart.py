@@ -21,6 +21,7 @@ from companion.nav.integrity.evidence import (
     Sense,
     sense_of_axis,
 )
+from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2
 
 _LIMITS = (0.6,) * 3 + (math.radians(1.5),) * 3  # biases of calibrated units, and their places in a boat that rolls
 _TIME_S = 0.5
@@ -56,7 +57,7 @@ class ImuApart(Hypothesis):
         if len({imu.source for imu in evidence.imu} | self._means.keys()) < _FEWEST:
             return ()
         for imu in evidence.imu:
-            self._take(imu)
+            self._take(imu, evidence.levers_m.get(imu.source, ZERO))
         live = {
             name: mean
             for name, mean in self._means.items()
@@ -66,14 +67,14 @@ class ImuApart(Hypothesis):
             self._compare(live, now_s)
         return tuple(self._found.values())
 
-    def _take(self, imu: Imu) -> None:
-        mean = self._means.get(imu.source)
+    def _take(self, imu: Imu, lever_m: Vector) -> None:
+        mean, values = self._means.get(imu.source), _values(imu, lever_m)
         if mean is None or imu.t_s - mean.t_s > _FRESH_S:
-            self._means[imu.source] = _Mean(imu.t_s, list(_values(imu)))
+            self._means[imu.source] = _Mean(imu.t_s, list(values))
             return
         share = min(max(imu.t_s - mean.t_s, 0.0) / _TIME_S, 1.0)
         mean.t_s = imu.t_s
-        mean.values = [old + share * (new - old) for old, new in zip(mean.values, _values(imu), strict=True)]
+        mean.values = [old + share * (new - old) for old, new in zip(mean.values, values, strict=True)]
 
     def _compare(self, live: dict[str, _Mean], now_s: float) -> None:
         middle = [median(axis) for axis in zip(*(mean.values for mean in live.values()), strict=True)]
@@ -94,5 +95,10 @@ def _distrusted(evidence: Evidence, name: str) -> bool:
     return any(Channel(sense, name) in evidence.distrusted for sense in (Sense.IMU, Sense.ACCELEROMETER, Sense.GYRO))
 
 
-def _values(imu: Imu) -> tuple[float, ...]:
-    return imu.x_mps2, imu.y_mps2, imu.z_mps2, imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps
+def _values(imu: Imu, lever_m: Vector) -> tuple[float, ...]:
+    """Of the boat's origin, as far as a turn goes."""
+    rates = imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps
+    if lever_m == ZERO:
+        return imu.x_mps2, imu.y_mps2, imu.z_mps2, *rates
+    x, y, z = centripetal_mps2(rates, lever_m)
+    return imu.x_mps2 - x, imu.y_mps2 - y, imu.z_mps2 - z, *rates

@@ -73,7 +73,7 @@ class ImuReversed(Hypothesis):
         if not _knows_attitude(evidence) or not evidence.driven or not evidence.imu:
             self.clear()
             return ()
-        source = evidence.imu_used or evidence.imu[-1].source
+        source = evidence.carrying
         if source != self._source:
             self.clear()
             self._source = source

@@ -218,7 +218,7 @@ class VelocityVote(Hypothesis):
             receiver.since_s, receiver.found_s, receiver.limit_mps = since_s, now_s, lane_mps
         elif imu_alone >= 1.0 and _opposite(by_lane, lane_model) and evidence.imu:
             agrees = now_s - self._agrees_s <= _GAP_S
-            self._imu = Channel(Sense.ACCELEROMETER if agrees else Sense.IMU, evidence.imu[-1].source), since_s
+            self._imu = Channel(Sense.ACCELEROMETER if agrees else Sense.IMU, evidence.carrying), since_s
 
     def _compare(self, receiver: _Receiver, now_s: float) -> None:
         """Whether a receiver that was found to lie agrees with the estimate again, which has forgotten it meanwhile.

@@ -20,13 +20,15 @@ from companion.params.store import Parameters
 LEVER = np.array([-0.81, 0.0, -0.2])
 IMU_HZ = 100
 GNSS_EVERY = 5
+_GATHERS_S = 4.0
 
 
 @dataclass(frozen=True)
 class Voyage:
     """A circle of `radius_m` at `speed_mps` (0: at rest), rolling and pitching as given, for `duration_s`.
 
-    `to_and_fro_m`: amplitude of a swing to the north-east every 10 s, as by a push ahead and astern."""
+    `to_and_fro_m`: amplitude of a swing to the north-east every 10 s, as by a push ahead and astern. `rests_s`: it goes
+    no way so long, and gathers its speed within 4 s then."""
 
     duration_s: float = 60.0
     speed_mps: float = 1.0
@@ -35,6 +37,7 @@ class Voyage:
     pitch_rad: float = math.radians(1.0)
     yaw_rad: float = 0.0
     to_and_fro_m: float = 0.0
+    rests_s: float = 0.0
     position_sigma_m: float = 0.02
     heading_sigma_rad: float = math.radians(0.2)
     velocity_sigma_mps: float = 0.03
@@ -69,12 +72,18 @@ def _rotations(attitude: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
+def _begun(t: np.ndarray) -> np.ndarray:
+    """Time at full speed, of a boat that begins at 0; without a step of the acceleration."""
+    share = np.clip(t / _GATHERS_S, 0.0, 1.0)
+    return _GATHERS_S * share**4 * (share * share - 3.0 * share + 2.5) + np.maximum(t - _GATHERS_S, 0.0)
+
+
 def sail(voyage: Voyage) -> Truth:
     """The motion, and what perfect inertial sensors at `imu_lever` would measure."""
     t = np.arange(0, round(voyage.duration_s * IMU_HZ) + 1) / IMU_HZ
 
     def pose(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        turn = voyage.speed_mps / voyage.radius_m * t
+        turn = voyage.speed_mps / voyage.radius_m * (_begun(t - voyage.rests_s) if voyage.rests_s else t)
         heave = 0.03 * np.sin(1.7 * t)
         swing = math.sqrt(0.5) * voyage.to_and_fro_m * np.cos(2.0 * math.pi * t / 10.0)
         north, east = voyage.radius_m * np.sin(turn), voyage.radius_m * (1.0 - np.cos(turn))

@@ -37,10 +37,13 @@ def heading_of(row: SensorConfig, parameters: Parameters) -> AhrsHeading:
 
 
 def correction(
-    parameters: dict[str, float], mounting_rad: float = math.radians(45.0), row: SensorConfig = ROW
+    parameters: dict[str, float],
+    mounting_rad: float = math.radians(45.0),
+    row: SensorConfig = ROW,
+    astern: bool = False,
 ) -> tuple[AhrsHeading, float, float]:
     """A straight run at 8 m/s of a device turned in its mounting: (the source, heading error in degrees at 10 s and 30
-    s)."""
+    s). `astern`: the boat may go stern first."""
     motion = sail(
         Sailing(parts=STRAIGHT, mounting_rad=mounting_rad, wave_rad=math.radians(2.0), wave_m=0.1, iron=0.0, slip_s=0.0)
     )
@@ -50,7 +53,7 @@ def correction(
         if k % 4 == 0:
             ahrs.field(MagneticField(t_s, "imu", *motion.field[k].tolist()), DECLINATION_RAD)
         if k % 20 == 0:
-            ahrs.velocity(t_s, *motion.velocity[k].tolist(), 0.06, (0.0, 0.0, 0.0))
+            ahrs.velocity(t_s, *motion.velocity[k].tolist(), 0.06, (0.0, 0.0, 0.0), astern)
         if heading is not None:
             errors[round(t_s)] = math.degrees(math.remainder(heading.yaw_rad - motion.yaw_rad[k], 2 * math.pi))
     return ahrs, errors[10], errors[30]
@@ -68,6 +71,11 @@ def test_a_difference_that_drift_explains_is_not_corrected() -> None:
     ahrs, _, _ = correction({}, math.radians(3.0))
     assert abs(math.degrees(ahrs.corrected_rad)) < 0.2
     ahrs, _, _ = correction({"AHRS_COURSE_T": 0.0})
+    assert ahrs.corrected_rad == 0.0
+
+
+def test_no_heading_is_drawn_to_the_course_of_a_boat_that_may_go_stern_first() -> None:
+    ahrs, _, _ = correction({}, astern=True)
     assert ahrs.corrected_rad == 0.0
 
 

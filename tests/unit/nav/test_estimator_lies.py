@@ -316,6 +316,21 @@ def test_a_receiver_that_comes_back_after_long_is_believed_where_the_boat_may_ha
     assert not any("not used" in text for text in boat.said)
 
 
+@pytest.mark.parametrize("turn_radps", [1.0, -2.0])
+def test_a_boat_that_begins_to_spin_is_told_of_no_lie(turn_radps: float) -> None:
+    """Its inertial sensor sits a metre ahead of the origin, and swings round it: an axis of it was taken for reversed,
+    the receiver's velocity for one that jumped, and the boat was 14 m off in the end."""
+    voyage = Voyage(
+        duration_s=40.0, speed_mps=math.copysign(0.3, turn_radps), radius_m=0.3 / abs(turn_radps), rests_s=25.0,
+        imu_lever=(1.0, 0.3, -0.5), lever=(-0.8, 0.3, -2.0),
+    )  # fmt: skip
+    boat = Afloat({}, voyage)
+    boat.go(40.0)
+    assert boat.said == ["Heading source: gnss"]
+    off_m, off_rad = boat.off()
+    assert off_m < 0.05 and off_rad < math.radians(0.5)
+
+
 def test_report_only_follows_as_ever() -> None:
     boat = afloat(NAV_INTEG=1)
     boat.go(30.0, jump(5.0))

@@ -40,6 +40,14 @@ def test_a_lane_is_dead_reckoning_that_no_measurement_reaches() -> None:
     assert lane.sigma_mps(lane.from_s) < lane.sigma_mps(lane.from_s + 5.0)
 
 
+def test_a_lane_knows_the_velocity_of_the_boats_origin_when_it_began() -> None:
+    """The sensor swings round it in a turn."""
+    memory, filter_ = InertialMemory(), level_filter()
+    filter_.velocity = (1.0, 0.5, 0.0)
+    memory.keep(0.0, filter_, (0.3, -0.1))
+    assert memory.lanes[0].first == pytest.approx((0.7, 0.6)) and memory.lanes[0].velocity == (1.0, 0.5, 0.0)
+
+
 def test_two_lanes_at_most_each_for_twelve_seconds() -> None:
     memory, filter_ = InertialMemory(), level_filter()
     for second in range(40):

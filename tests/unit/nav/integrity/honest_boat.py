@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
 from companion.nav.integrity.evidence import (
@@ -172,6 +172,16 @@ def another(evidence: Evidence, north_m: float, source: str = "spare") -> None:
         for seen in evidence.positions
         if seen.source == "gnss"
     ]
+
+
+def with_spare(evidence: Evidence, age_s: float) -> None:
+    """A second inertial sensor, with a bias of its own, speaks after the one that carries the estimate."""
+    evidence.imu_used = "imu"
+    evidence.imu += [
+        replace(imu, t_s=imu.t_s + 0.003, source="imu2", yaw_rate_radps=imu.yaw_rate_radps + 0.003)
+        for imu in evidence.imu
+    ]
+    evidence.imu.sort(key=lambda imu: imu.t_s)
 
 
 def feed(hypothesis: Hypothesis, evidence: Evidence, now_s: float) -> list[LieFound]:

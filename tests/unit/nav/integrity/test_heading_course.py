@@ -45,6 +45,25 @@ def test_boats_slip_in_turns() -> None:
     assert Passage(HeadingCourse(), FAST).go(20.0, turning) == []
 
 
+def test_boats_that_slide_now_and_then_are_told_of_no_lie() -> None:
+    """For a moment at a time, and slowly in between; the second slide came to the end of the eight seconds."""
+
+    def slides(evidence: Evidence, age_s: float) -> None:
+        evidence.north_mps = 6.0 if age_s % 60.0 < 1.0 else 1.0
+        turned(evidence, 0.7)
+
+    assert Passage(HeadingCourse(), FAST).go(600.0, slides) == []
+
+
+def test_a_lie_shows_between_turns() -> None:
+    def zigzag(evidence: Evidence, age_s: float) -> None:
+        evidence.turn_radps = 0.0 if age_s % 10.0 < 4.0 else 0.3
+        turned(evidence, 0.7)
+
+    found = Passage(HeadingCourse(), FAST).go(30.0, zigzag)
+    assert found and found[0][1].since_s < 1.0
+
+
 def test_the_deviation_of_a_compass_is_allowed() -> None:
     def compass(evidence: Evidence, age_s: float) -> None:
         evidence.headings = [seen._replace(wander_rad=math.radians(5.0)) for seen in evidence.headings]

@@ -12,7 +12,7 @@ from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sens
 from companion.nav.integrity.heading_drift import HeadingDrift
 from companion.nav.integrity.imu_reversed import ImuReversed
 from companion.nav.integrity.velocity_vote import VelocityVote
-from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped, turned
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped, turned, with_spare
 
 BOAT = Boat()
 HEADING, GYRO = Channel(Sense.HEADING, "gnss"), Channel(Sense.GYRO, "imu")
@@ -89,6 +89,41 @@ def gyro_off(radps: float) -> Spoil:
 def test_a_gyro_that_steps_is_blamed() -> None:
     _, finding = known().go(4.0, gyro_off(math.radians(3.0)))[0]
     assert (finding.channel, finding.fault, finding.lasting) == (GYRO, "yaw rate is off", True)
+
+
+def beside_a_spare(evidence: Evidence, age_s: float) -> None:
+    gyro_off(math.radians(3.0))(evidence, age_s)
+    with_spare(evidence, age_s)
+    evidence.imu = [
+        replace(imu, yaw_rate_radps=imu.yaw_rate_radps - math.radians(3.0)) if imu.source == "imu2" else imu
+        for imu in evidence.imu
+    ]
+
+
+def test_of_two_gyros_the_one_that_carries_the_estimate_is_blamed() -> None:
+    """The honest spare was, whose samples came last in each tick."""
+    passage = Passage(HeadingDrift(), BOAT)
+    assert passage.go(30.0, with_spare) == []
+    _, finding = passage.go(4.0, beside_a_spare)[0]
+    assert (finding.channel, finding.fault) == (GYRO, "yaw rate is off")
+
+
+def test_a_heading_that_creeps_is_blamed_after_a_gyro_was() -> None:
+    """The spare carries the estimate by then."""
+
+    def by_the_spare(evidence: Evidence, age_s: float) -> None:
+        with_spare(evidence, age_s)
+        evidence.imu_used = "imu2"
+
+    passage = Passage(HeadingDrift(), BOAT)
+    assert passage.go(30.0, with_spare) == [] and passage.go(4.0, beside_a_spare)
+    assert {finding.channel for _, finding in passage.go(30.0, by_the_spare)} == {GYRO}
+
+    def creeps(evidence: Evidence, age_s: float) -> None:
+        by_the_spare(evidence, age_s)
+        turned(evidence, math.radians(age_s))
+
+    assert HEADING in {finding.channel for _, finding in passage.go(4.0, creeps)}
 
 
 def gyro_reversed() -> Spoil:

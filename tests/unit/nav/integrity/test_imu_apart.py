@@ -45,6 +45,24 @@ def test_of_two_neither_is_right() -> None:
     assert Passage(ImuApart(), Boat()).go(20.0, two) == []
 
 
+def test_one_that_sits_apart_feels_more_of_a_turn() -> None:
+    """Two metres ahead of the others, in a turn of 35 degrees a second: it was not used any more."""
+
+    def spins(evidence: Evidence, age_s: float) -> None:
+        turn_radps = 0.6
+        evidence.levers_m = {"imu3": (2.0, 0.0, 0.0)}
+        evidence.imu = [
+            replace(
+                imu,
+                yaw_rate_radps=turn_radps,
+                x_mps2=imu.x_mps2 - (2.0 * turn_radps**2 if imu.source == "imu3" else 0.0),
+            )
+            for imu in evidence.imu
+        ]
+
+    assert Passage(ImuApart(), Boat()).go(60.0, three(spins)) == []
+
+
 def test_a_knock_on_one_is_no_lie() -> None:
     """Three tenths of a second, every five seconds."""
 

@@ -6,7 +6,7 @@ import pytest
 
 from companion.nav.integrity.evidence import Channel, Evidence, ModelStep, Sense
 from companion.nav.integrity.velocity_vote import VelocityVote
-from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped, with_spare
 
 CALM = Boat(rocking=0.1)
 
@@ -86,6 +86,17 @@ def test_a_lane_that_is_somewhat_off_is_no_lie(lane_mps: float, named: bool) -> 
 def test_accelerometers_that_feel_a_force_alone_are_named() -> None:
     _, finding = known().go(20.0, pushed(0.1))[0]
     assert finding.channel == Channel(Sense.ACCELEROMETER, "imu") and finding.lasting
+
+
+def test_a_spare_that_carries_nothing_is_not_blamed() -> None:
+    """Its samples came last in each tick: it was not used any more, and the estimate went on with the one that lied."""
+
+    def beside_a_spare(evidence: Evidence, age_s: float) -> None:
+        with_spare(evidence, age_s)
+        pushed(0.1)(evidence, age_s)
+
+    _, finding = known().go(20.0, beside_a_spare)[0]
+    assert finding.channel == Channel(Sense.ACCELEROMETER, "imu")
 
 
 def test_without_a_heading_nobody_knows_whether_gyro_or_accelerometers_lie() -> None:
