@@ -51,10 +51,7 @@ _LONGEST_STEP_S = 0.05
 _LARGE_TURN_RAD = 1e-3  # of an injected error: a smaller one changes no variance by a thousandth
 _MEAN_S = 0.15  # of the acceleration that late velocities lack: half of a long latency
 _LATE_WALK_S_RTS = 5e-4  # s/√s: 4 ms in a minute, since no latency is quite constant
-_TELLS_MPS, _TELLS_MPS2 = (
-    0.1,
-    0.05,
-)  # a latency shows in no less: below, it is the estimate's own noise that seems to tell
+_TELLS_MPS, _TELLS_MPS2 = 0.1, 0.05  # a latency shows in no less: below, the estimate's own noise seems to tell it
 _STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
