@@ -23,7 +23,6 @@ from companion.mission.tasks import (
     BeginTrial,
     Complete,
     Dock,
-    DoCondition,
     Orbit,
     ReturnHome,
     RoutePoint,
@@ -39,6 +38,7 @@ from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.headway import Headway
 from companion.modes.parts.mission_fence import MissionFence
+from companion.modes.parts.mission_gate import MissionGate
 from companion.modes.parts.mission_terms import orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
 from companion.modes.parts.repeats import Repeats
@@ -132,8 +132,7 @@ class MissionMode(Mode):
         self._actions: list[Action] = []
         self._waiting = Waiting(events)  # the boat holds until the way is found
         self._repeats = Repeats()
-        self._gate: DoCondition | None = None
-        self._gate_since_s = 0.0
+        self._gate = MissionGate(executor)
         self._blocked: str | None = None
         self._way_home = False
         self._homeward = False  # the last task leads home or lands
@@ -311,7 +310,7 @@ class MissionMode(Mode):
         self._executor.pause()
         self._give_up()
         self._task = None
-        self._gate = None
+        self._gate.restart()
 
     def _give_up(self) -> None:
         """Look for no way any longer."""
@@ -322,7 +321,7 @@ class MissionMode(Mode):
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Carry out the executor's task; stop when there is none."""
-        self._mind_gate(inputs)
+        self._actions += self._gate.mind(inputs)
         if (self._minds_check or self._minds_route) and (reason := self._mind_new_fence(inputs)) is not None:
             self._stop_if_blocked(reason, inputs)
         for _ in range(_TASKS_A_TICK):
@@ -348,24 +347,6 @@ class MissionMode(Mode):
                 return self._go_round(task, inputs)
             case _:
                 return self._stand(task, inputs)
-
-    def _mind_gate(self, inputs: ModeInputs) -> None:
-        """Open the gate of a condition once it is met. A delay counts from the first call, and again after a pause."""
-        while (gate := self._executor.gate) is not None:
-            if gate != self._gate:
-                self._gate, self._gate_since_s = gate, inputs.now_s
-            if not self._is_met(gate, inputs):
-                return
-            self._actions += self._executor.open_gate()
-
-    def _is_met(self, gate: DoCondition, inputs: ModeInputs) -> bool:
-        if gate.delay_s is not None:
-            return inputs.now_s - self._gate_since_s >= gate.delay_s
-        place = self._executor.next_place
-        if place is None or gate.distance_m is None:
-            return True
-        away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, place[1], place[2])
-        return away_m <= gate.distance_m
 
     def _rest(self, inputs: ModeInputs) -> Setpoint:
         """Stop at the end of the tasks; stay at the berth if docked."""
