@@ -110,6 +110,7 @@ class FollowLaw:
         self._cruising_mps = 0.0
         self._preview_s = _PREVIEW_S
         self._resting = False
+        self._rested = False  # since the leader stands
         self._asked = (0.0, math.pi)  # distance and bearing of the follow position, as asked for
 
     # --- the follow position ---------------------------------------------------------------------------------------
@@ -152,7 +153,7 @@ class FollowLaw:
         self._s = None
         self._side = EITHER
         self._yaw = None
-        self._resting = False
+        self._resting = self._rested = False
         self._crab.reset()
         self._clearance.reset()
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
@@ -174,6 +175,8 @@ class FollowLaw:
         found = self._along_track(nav, leader) if self.astern else None
         motion, plan = self._to_point(nav, leader) if found is None else found
         self._resting = self._may_rest(motion, nav, leader, changed)
+        stands = abs(leader.speed_mps) <= _STANDING_MPS
+        self._rested = stands and not changed and (self._rested or self._resting)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
         near_m = 0.0 if found is None else self.distance_m  # a boat that rounds the leader passes it nearer
@@ -298,8 +301,13 @@ class FollowLaw:
 
     # --- a point that moves with the leader ------------------------------------------------------------------------
 
-    def _position_point(self, leader: Leader) -> _MovingPoint:
-        """The follow position now."""
+    def _position_point(self, nav: NavState, leader: Leader) -> _MovingPoint:
+        """The follow position now. A boat without reverse that has drifted off beside a leader that stands comes back
+        to that distance from it, not to the other side."""
+        if self._rested and not self._can_reverse:
+            bearing = math.atan2(nav.east_m - leader.east_m, nav.north_m - leader.north_m)
+            dn, de = self.distance_m * math.cos(bearing), self.distance_m * math.sin(bearing)
+            return _MovingPoint(leader.north_m + dn, leader.east_m + de, 0.0, 0.0, 0.0)
         if self.astern:
             goal = self.track.at(self.track.end_s_m - self.distance_m)
             speed = max(0.0, leader.speed_mps)
@@ -323,7 +331,7 @@ class FollowLaw:
 
     def _to_point(self, nav: NavState, leader: Leader) -> tuple[FollowMotion, MotionPlan]:
         """Motion towards the follow position, and how it goes on if the leader goes straight on."""
-        point = self._position_point(leader)
+        point = self._position_point(nav, leader)
         goal = point.north_m - leader.north_m, point.east_m - leader.east_m
         here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
         approach = self._towards(here, goal, (point.north_mps, point.east_mps), self._side)

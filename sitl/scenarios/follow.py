@@ -277,10 +277,12 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     metrics = figures(folder, chase, asked, settings)
     if chase.leader_speed[-1] < _AT_REST_MPS:
         rests = chase.t >= chase.t[chase.leader_speed >= _AT_REST_MPS].max(initial=chase.t[0]) + _RESTS_S
-        beside = rests & (chase.distance <= follow_position_of(settings)[1] + _BESIDE_M)
+        slow = rests & (chase.speed <= 0.5 * REST_MPS)
+        lies = chase.t >= chase.t[slow].min(initial=chase.t[-1])  # before, it sails to its follow position
+        beside = lies & (chase.distance <= follow_position_of(settings)[1] + _BESIDE_M)
         metrics |= {
             "final_distance_m": float(np.median(chase.distance[chase.t >= chase.t[-1] - _LAST_S])),
-            "beside_mps": float(chase.speed[beside].max(initial=0.0)),
+            "beside_mps": float(chase.speed[beside].max(initial=0.0)) if slow.any() else float(chase.speed[-1]),
         }
     return metrics, () if settings["law"] == "thesis" else checks(metrics, asked, settings)
 

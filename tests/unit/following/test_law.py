@@ -140,6 +140,19 @@ def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
         assert isinstance(chase.setpoint, WrenchSetpoint) and chase.motion.resting
 
 
+def test_drifted_off_beside_a_leader_that_stands_it_comes_back_on_its_own_side() -> None:
+    """A jet that wind had set ahead of its leader sailed back astern of it, past it at 4 m/s."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    chase.sail(50.0, 0.0)
+    assert chase.motion.resting
+    chase.boat.nav = replace(chase.boat.nav, north_m=chase.lead.north_m + 35.0, east_m=chase.lead.east_m)
+    chase.least_m = math.inf
+    chase.sail(30.0, 0.0)
+    assert chase.motion.resting and chase.boat.nav.north_m > chase.lead.north_m
+    assert chase.least_m > 15.0
+
+
 def test_after_something_else_has_steered_the_heading_asked_for_begins_at_the_boats() -> None:
     """It began at that of before the wait: a boat that had turned its bow into the stream turned the long way round."""
     chase = astern_of(Lead(0.0, 0.0))
