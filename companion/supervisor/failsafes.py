@@ -278,7 +278,6 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_WAY_ACT",
         lambda _: "Aground or propeller fouled: thrust makes no way",
         "Thrust makes way again",
-        in_the_way=True,
     ),
     Failsafe(
         "fence",
