@@ -16,7 +16,7 @@ from sitl.wave_hull import air_height_m, wave_hull
 
 _DISC_PA = 6000.0  # thrust over disc area at full thrust: 4 kPa of a trolling motor, 11 kPa of Blue Robotics' T200
 _GEAR_LAG_S, _GEAR_PLAY_RAD = 0.2, math.radians(2.0)  # of geared stepper motors and servos (assumed)
-_ADVANCE = 0.88  # of a propeller of usual pitch, as the default of `LossConfig`
+_ADVANCE = LossConfig().advance_ratio  # of a propeller of usual pitch
 _DEDUCTION = 0.05  # at rest, of open propellers below a hull: 0.03 to 0.07 (Carlton 2012, 12)
 _CENTRE_AHEAD = 0.05  # of the length: hull and gear are rarely as large ahead of the middle as behind it
 _LEAST_M = 0.005  # a lower sea is flat water

@@ -14,6 +14,11 @@ def unheard(t_s: float, kind: TextKind, name: str, text: str) -> None:
     """Announce nothing: for blocks that stand alone."""
 
 
+def encodable(text: str) -> str:
+    """The text as any log and link can hold it: of a file's name, bytes that are not UTF-8 are spelt out."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 class EventLog:
     """Collects the events of a tick. The same name and text within `repeat_s` is announced once, unless it is news
     again meanwhile."""
@@ -24,9 +29,9 @@ class EventLog:
         self._last: dict[str, Event] = {}
 
     def say(self, t_s: float, kind: TextKind, name: str, text: str) -> None:
-        """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people. Bytes of a
-        file's name that are not UTF-8 are spelt out."""
-        text = text.encode(errors="backslashreplace").decode()
+        """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people, made
+        `encodable`."""
+        text = encodable(text)
         last = self._last.get(name)
         if last is not None and last.text == text and t_s - last.t_s < self._repeat_s:
             return

@@ -9,7 +9,6 @@ messages.
 from __future__ import annotations
 
 import contextlib
-import errno
 import math
 import os
 import selectors
@@ -22,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from companion.core.descriptors import NO_DESCRIPTORS
 from companion.core.tick import Tick
 from companion.record.feed_schema import TickEncoder, event_message, line
 
@@ -186,7 +186,7 @@ class Feed:
         try:
             connection, _ = self._listener.accept()
         except OSError as error:
-            if error.errno in (errno.EMFILE, errno.ENFILE):  # it would be ready without end
+            if error.errno in NO_DESCRIPTORS:  # it would be ready without end
                 self._listen(False)
                 self._listens_s = time.monotonic() + _FULL_S
             return

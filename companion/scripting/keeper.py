@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import IO
 
 from companion.core.decision import TextKind
-from companion.core.events import Announce
+from companion.core.events import Announce, encodable
 from companion.core.tick import Tick
 from companion.scripting.keeping import Deed, Keeping, News, Seen
 from companion.scripting.runner import Settings
@@ -176,17 +176,12 @@ class ScriptKeeper:
             return
         if not isinstance(told, dict):
             return
-        script.reason = _encodable(str(told.get("failed", script.reason)))
+        script.reason = encodable(str(told.get("failed", script.reason)))
         now_s = time.monotonic()
         if "say" in told and now_s - script.said_s >= _SAY_S:
             script.said_s = now_s
-            text = _encodable(" ".join(str(told["say"]).split())[:_LONGEST_TEXT])
+            text = encodable(" ".join(str(told["say"]).split()))[:_LONGEST_TEXT]
             self._news.put((script.name, News(TextKind.ROUTINE, f"{script.name}: {text}")))
-
-
-def _encodable(text: str) -> str:
-    """What a log can hold: names of files that are no UTF-8 have code points that no encoding has."""
-    return text.encode("utf-8", "replace").decode()
 
 
 def _opened(log: Path) -> IO[bytes]:

@@ -23,6 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from companion.core.can_frame import stand_in
+from companion.core.descriptors import NO_DESCRIPTORS
 from companion.io.transport.line import Line
 from companion.io.transport.names import Host, NameUnknown, is_address, is_name
 from companion.io.transport.serial_line import PARITIES, STOPBITS, SerialLine
@@ -248,7 +249,7 @@ class TcpServerLine(TcpLine):
         try:
             return listener.accept()[0]
         except OSError as error:
-            self._full = error.errno in (errno.EMFILE, errno.ENFILE)
+            self._full = error.errno in NO_DESCRIPTORS
             if not self._full:
                 raise
         return None

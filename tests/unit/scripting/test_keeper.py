@@ -212,7 +212,7 @@ def test_its_words_can_always_be_logged(tmp_path: Path) -> None:
     kept = Kept(
         tmp_path / "s", f"import os\ndef main(boat):\n    boat.say({name})\n    raise KeyError(os.fsdecode(b'\\xc5'))\n"
     )
-    kept.until("bad: ?lesund.jpg")
+    kept.until(r"bad: \udcc5lesund.jpg")
     kept.until("failed: line 4: KeyError")
     kept.close()
     assert all(text.encode() for text in (*kept.texts, kept.script.keeping.fault or ""))

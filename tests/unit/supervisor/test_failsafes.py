@@ -198,13 +198,19 @@ def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
     assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
 
 
-def test_a_boat_that_holds_for_want_of_sticks_still_minds_the_station(make_boat: Callable[..., Boat]) -> None:
-    """Everything silent in Manual: it held for good, whatever NAV_DLL_ACT said."""
+def left_in_manual(make_boat: Callable[..., Boat]) -> Boat:
+    """Sticks and ground station have just fallen silent."""
     boat = make_boat(NAV_DLL_ACT=FailsafeAction.RTL)
     boat.sticks = (0.0, 0.0, 0.0)
     boat.supervisor.arm(boat.now_s)
     boat.step()
     boat.sticks, boat.station = None, False
+    return boat
+
+
+def test_a_boat_that_holds_for_want_of_sticks_still_minds_the_station(make_boat: Callable[..., Boat]) -> None:
+    """Everything silent in Manual: it held for good, whatever NAV_DLL_ACT said."""
+    boat = left_in_manual(make_boat)
     boat.step(5.0)
     assert boat.status.mode is ModeId.HOLD and boat.status.failsafes == ("sticks_lost",)
     boat.step(6.0)
@@ -215,11 +221,7 @@ def test_a_boat_that_holds_for_want_of_sticks_still_minds_the_station(make_boat:
 
 
 def test_a_boat_that_an_operator_took_over_stays_where_it_was_put(make_boat: Callable[..., Boat]) -> None:
-    boat = make_boat(NAV_DLL_ACT=FailsafeAction.RTL)
-    boat.sticks = (0.0, 0.0, 0.0)
-    boat.supervisor.arm(boat.now_s)
-    boat.step()
-    boat.sticks, boat.station = None, False
+    boat = left_in_manual(make_boat)
     boat.step(11.0)
     assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
     boat.step(11.0)

@@ -7,11 +7,8 @@ nor turned away, and a loop that waits on that socket would turn without end.
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import socket
-
-NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE)
 
 
 class SpareDescriptor:

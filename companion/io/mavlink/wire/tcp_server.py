@@ -7,6 +7,7 @@ import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from companion.core.descriptors import NO_DESCRIPTORS
 from companion.core.tick import DeviceHealth
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.guard import Guard
@@ -21,7 +22,7 @@ from companion.io.mavlink.wire.link_base import (
 )
 from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.slots import IDLE_S, MAX_PEERS, Slot, to_leave
-from companion.io.mavlink.wire.spare import NO_DESCRIPTORS, SpareDescriptor
+from companion.io.mavlink.wire.spare import SpareDescriptor
 from companion.io.transport.tcp_loss import notice_loss
 
 _LEAST_SHARE = 1024  # bytes read from each client in one call, at least
