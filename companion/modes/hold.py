@@ -42,7 +42,7 @@ class HoldMode(Mode):
         standard_mode=1,  # POSITION_HOLD
         again="a go-to is given up, and the boat holds where it can stop",
         has_plan=False,
-        commands=(31010, 192),  # USER_1: nudge; DO_REPOSITION: go-to
+        commands=(31010, 192, 17),  # USER_1: nudge; DO_REPOSITION: go-to; NAV_LOITER_UNLIM
     )
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:

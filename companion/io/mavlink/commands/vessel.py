@@ -57,6 +57,7 @@ class VesselCommands:
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
             mavlink.MAV_CMD_DO_SET_STANDARD_MODE: self._set_standard_mode,
             mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._return,
+            mavlink.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
             mavlink.MAV_CMD_MISSION_START: self._mission_start,
             mavlink.MAV_CMD_DO_REPOSITION: self._reposition,
             mavlink.MAV_CMD_DO_PAUSE_CONTINUE: self._pause_continue,
@@ -182,6 +183,21 @@ class VesselCommands:
         return self._supervisor.go_to(
             lat_deg, lon_deg, None if no_yaw else yaw_rad, None if no_speed else speed_mps, request.now_s
         )
+
+    def _loiter(self, request: CommandRequest) -> Outcome | Answer:
+        """Hold, as pymavlink's `set_mode_loiter` asks for it. Radius and heading are ignored.
+
+        param5: Latitude of the place to go to and hold at. NaN or 0 in params 5 and 6: here.
+        param6: Longitude.
+        """
+        if not request.frame_is_global:
+            return denied(f"frame {request.frame} is not a global one")
+        lat_deg, lon_deg = request.place
+        if (math.isnan(lat_deg) and math.isnan(lon_deg)) or (lat_deg, lon_deg) == (0.0, 0.0):
+            return self._supervisor.hold_here(request.now_s)
+        if not is_place(lat_deg, lon_deg):
+            return denied("no such place")
+        return self._supervisor.go_to(lat_deg, lon_deg, None, None, request.now_s)
 
     def _pause_continue(self, request: CommandRequest) -> Outcome | Answer:
         """Pause or continue a mission.
