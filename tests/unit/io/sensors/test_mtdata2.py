@@ -79,6 +79,30 @@ def test_quaternion() -> None:
 
 
 @pytest.mark.parametrize(
+    ("data_id", "numbers", "expected_deg"),
+    [
+        (0x2010, (0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0), (0.0, 0.0, 0.0)),
+        (0x2010, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 90.0)),
+        (0x2018, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        (0x2018, (0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0), (0.0, 0.0, -90.0)),
+        (0x2030, (180.0, 0.0, 0.0), (0.0, 0.0, 90.0)),
+        (0x2030, (-170.0, 0.0, 90.0), (10.0, 0.0, 0.0)),
+        (0x2038, (180.0, 5.0, 30.0), (0.0, -5.0, -30.0)),
+    ],
+)
+@pytest.mark.parametrize("alone", [True, False], ids=["first", "of a known layout"])
+def test_an_attitude_to_east_north_up_or_north_west_up(
+    data_id: int, numbers: tuple[float, ...], expected_deg: tuple[float, ...], alone: bool
+) -> None:
+    """An MTi comes with ENU, and says so in its identifiers. x is ahead, y to starboard, z down in each case."""
+    whole = message(item(data_id, struct.pack(f">{len(numbers)}f", *numbers)), FORCE, RATE)
+    imu = read(whole if alone else whole * 2)[-1]
+    assert imu.roll_rad is not None and imu.pitch_rad is not None and imu.yaw_rad is not None
+    found_deg = [math.degrees(angle) for angle in (imu.roll_rad, imu.pitch_rad, imu.yaw_rad)]
+    assert found_deg == pytest.approx(expected_deg, abs=1e-4)
+
+
+@pytest.mark.parametrize(
     "data_id, data",
     [
         (0x4023, struct.pack(">3d", 0.5, -0.25, -9.75)),
