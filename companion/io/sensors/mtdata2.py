@@ -87,7 +87,7 @@ class Mtdata2Sensor(StreamDriver):
     from its own yaw where `heading` in the vessel's file allows it.
 
     Remembers the unfinished message and the relation of the device's clock to the vessel's. A message without both
-    acceleration and rate of turn gives no reading but counts as valid.
+    acceleration and rate of turn gives no `Imu` but counts as valid; where all are so, that is a fault.
     """
 
     messages = "MTData2 messages"
@@ -226,6 +226,7 @@ class Mtdata2Sensor(StreamDriver):
             self._pace.late(direct_s - t_s)
         if field := values.get(_MAGNETIC_FIELD):
             readings.append(MagneticField(t_s, self.name, *field))
+        self._count_use(arrival_s, acceleration is not None and rate is not None)
         if acceleration is None or rate is None:
             return
         x, y, z = acceleration
@@ -244,7 +245,10 @@ class Mtdata2Sensor(StreamDriver):
             self._remark = ""
 
     def _complaint(self, age_s: float | None) -> str:
-        return super()._complaint(age_s) or self._remark
+        complaint = super()._complaint(age_s) or self._remark
+        if complaint or not self._is_useless:
+            return complaint
+        return "sends no acceleration and rate of turn: configure = true, or MT Manager's output configuration"
 
     def health(self, now_s: float) -> DeviceHealth:
         """As every driver's, with a remark where the device gives another rate than was asked for."""

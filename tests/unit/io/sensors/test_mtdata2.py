@@ -209,3 +209,16 @@ def test_the_devices_own_yaw_as_a_compass(worth: Literal["none", "magnetic", "tr
     assert len(headings) == (10 if by else 0)
     assert all(heading.by is by and heading.yaw_rad == pytest.approx(math.radians(-170.0)) for heading in headings)
     assert [heading.t_s for heading in headings[:2]] == pytest.approx([1.0, 1.1][: len(headings)])
+
+
+def test_a_device_without_acceleration_is_not_well() -> None:
+    """As an MTi comes: it sent attitudes, counted as an inertial sensor, and was none."""
+    line = Wire()
+    sensor = Mtdata2Sensor(SensorConfig("imu", "mtdata2", "serial:/dev/x:115200"), line)
+    attitude = item(0x2010, struct.pack(">4f", 0.0, 1.0, 0.0, 0.0))
+    line.chunks = [(0.1 * k, message(attitude)) for k in range(30)]
+    assert sensor.read(3.0) == []
+    health = sensor.health(3.0)
+    assert not health.ok and health.text.startswith("sends no acceleration and rate of turn: configure = true")
+    line.chunks = [(3.1, message(attitude)), (3.1, message(FORCE, RATE))]
+    assert len(sensor.read(3.1)) == 1 and sensor.health(3.1).ok
