@@ -44,6 +44,7 @@ _NAMES = {
 
 
 _OWN_YAW = ['# heading = "magnetic"    # where it is the compass: its own yaw; "true", or "ahrs" by its raw field']
+_CONFIGURE = "configure = true    # it sends another message than VNYMR"
 
 
 def add_to(commands: Any) -> None:
@@ -101,8 +102,10 @@ def toml_lines(verdict: Recognised, url: str, heard_s: float, taken: set[str]) -
     """The table for a device in a vessel's file; comments mark what a person has to fill in."""
     match verdict.format:
         case LineFormat.NMEA:
-            driver = "vectornav" if "YMR" in verdict.types else "nmea0183"
+            driver = "vectornav" if verdict.device == "the inertial sensor" else "nmea0183"
             own = _OWN_YAW if driver == "vectornav" else []
+            if driver == "vectornav" and "YMR" not in verdict.types:
+                own = [_CONFIGURE, *own]
             return _sensor(_NAMES[verdict.device], driver, url, taken, [*_nmea_lines(verdict, heard_s), *own])
         case LineFormat.AIS:
             return _sensor("ais", "ais", url, taken, [])

@@ -21,8 +21,8 @@ from companion.core.microcontroller_frame import BoardStatus, FrameDecoder, Iden
 from companion.io.mavlink.wire.framer import Framer, UnknownMessage
 from companion.io.rtcm import crc24q
 
-_NMEA = re.compile(rb"([$!])([A-Z][A-Z0-9]{2,9}),([ -#%-)+-~]{0,110})\*([0-9A-Fa-f]{2})")
-_NMEA_KEPT = 130
+_NMEA = re.compile(rb"([$!])([A-Z][A-Z0-9]{2,9}),([ -#%-)+-~]{0,200})\*([0-9A-Fa-f]{2})")
+_NMEA_KEPT = 220
 _XSENS = re.compile(rb"\xfa\xff")
 _MTDATA2, _EXTENDED = 0x36, 0xFF
 _XSENS_ITEMS = {

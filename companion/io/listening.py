@@ -64,7 +64,7 @@ class PortListener:
         self.close()
 
     def update(self, now_s: float) -> None:
-        """Take what has come in. Decide whether to go on, to try the next speed, or to end."""
+        """Take what has come in. Go on, try the next speed, or end."""
         if self.done or self._descriptor is None:
             return
         if self._begun_s is None:
@@ -72,6 +72,15 @@ class PortListener:
         with contextlib.suppress(OSError):
             self.recogniser.feed(os.read(self._descriptor, _CHUNK))
         self.heard_s = now_s - self._begun_s
+        try:
+            self._decide()
+        except (OSError, termios.error):  # its settings cannot be changed any more
+            if self._first is None:
+                self._give_up("it was unplugged meanwhile")
+            else:
+                self._conclude()
+
+    def _decide(self) -> None:
         if self._first is not None or not self.recogniser.bytes:
             if self.heard_s >= self._listen_s:
                 self._conclude()

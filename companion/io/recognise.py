@@ -16,12 +16,12 @@ _TEXT_SHARE = 0.9  # of printable characters, from which on a line carries text
 _POSITIONS = frozenset({"GGA", "RMC", "GLL", "GNS", "GSV", "GSA", "VTG", "GST", "ZDA"})
 _NMEA_DEVICES = (  # the first whose sentences are among those heard
     ("the GNSS receiver", _POSITIONS),
-    ("the inertial sensor", frozenset({"YMR"})),  # VectorNav's VNYMR
     ("the wind sensor", frozenset({"MWV", "VWR", "MWD"})),
     ("the compass", frozenset({"HDG", "HDM", "HDT", "THS", "ROT"})),
     ("the echo sounder or log", frozenset({"DBT", "DPT", "VHW", "VBW", "MTW"})),
     ("the rudder sensor", frozenset({"RSA"})),
 )
+_VECTORNAV = "VN"  # begins the names of its messages
 _DEVICES = {
     LineFormat.AIS: "the AIS receiver",
     LineFormat.MTDATA2: "the inertial sensor",
@@ -117,6 +117,8 @@ class Recogniser:
             return f"the thruster board '{ident.name}'"
         if best is not LineFormat.NMEA:
             return _DEVICES[best]
+        if all(name.startswith(_VECTORNAV) for name, _ in kinds):
+            return "the inertial sensor"
         types = {name[2:] for name, _ in kinds}
         return next((device for device, typical in _NMEA_DEVICES if types & typical), "an NMEA device")
 

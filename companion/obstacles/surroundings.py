@@ -4,7 +4,7 @@ and which sensor has fallen silent."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,8 @@ _MOST_PENDING = 50
 _MOST_VIEWS = 100
 
 Heard = Ranges | RadarTarget | DepthAhead
+Part = tuple[str, int | None]
+"""A ranging sensor and, of one with single beams, the direction of this beam in degrees: each may fall silent alone."""
 SECTORS = 72
 """Of 5° each, in which displays are told what is around."""
 _SECTORS_RAD = np.arange(SECTORS) * math.tau / SECTORS
@@ -39,8 +41,9 @@ _SECTORS_RAD = np.arange(SECTORS) * math.tau / SECTORS
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """What a ranging sensor covers: its first and last sector as bearings, and how far it reaches."""
+    """What a ranging sensor covers: its first and last sector as bearings, and how far it reaches. `part`: of it."""
 
+    part: Part
     first_rad: float
     last_rad: float
     half_rad: float
@@ -66,9 +69,9 @@ class Surroundings:
         self._movers = Movers()
         self._radar = RadarTargets()
         self.shoals = Shoals(config.length_m, parameters)
-        self._heard_s: dict[str, float] = {}
+        self._heard_s: dict[Part, float] = {}
         self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
-        self._silent: frozenset[str] = frozenset()
+        self._silent: frozenset[Part] = frozenset()
         self._tidied_s = -math.inf
         self._plane: LocalFrame | None = None
         self._jumps = 0
@@ -80,8 +83,8 @@ class Surroundings:
 
     @property
     def silent(self) -> tuple[str, ...]:
-        """Names of ranging sensors that have fallen silent; none while obstacles do not count."""
-        return tuple(sorted(self._silent)) if self.on else ()
+        """Names of ranging sensors, or of their beams, that have fallen silent; none while obstacles do not count."""
+        return tuple(self._names(self._silent)) if self.on else ()
 
     @property
     def heard(self) -> bool:
@@ -91,18 +94,19 @@ class Surroundings:
     def take(self, reading: Heard, now_s: float) -> None:
         """A reading. It is entered with the estimate of the next tick."""
         if isinstance(reading, Ranges):
-            self._heard_s[reading.source] = now_s
-            self._note_view(reading)
+            beam = round(math.degrees(reading.first_rad)) % 360 if len(reading.distances_m) == 1 else None
+            self._heard_s[reading.source, beam] = now_s
+            self._note_view(reading, (reading.source, beam))
         if len(self._pending) < _MOST_PENDING:
             self._pending.append(reading)
 
-    def _note_view(self, reading: Ranges) -> None:
+    def _note_view(self, reading: Ranges, part: Part) -> None:
         """Which directions the sensor covers."""
         if reading.step_rad > 0.0:
             if len(self._views) >= _MOST_VIEWS:
                 self._views.clear()
             last = reading.first_rad + (len(reading.distances_m) - 1) * reading.step_rad
-            view = _View(reading.first_rad, last, 0.5 * reading.step_rad, reading.from_north, reading.most_m)
+            view = _View(part, reading.first_rad, last, 0.5 * reading.step_rad, reading.from_north, reading.most_m)
             self._views[reading.source, round(reading.first_rad / view.half_rad)] = view
 
     def update(self, nav: NavState, depth: Depth | None, now_s: float) -> None:
@@ -147,7 +151,7 @@ class Surroundings:
     @property
     def reach_m(self) -> float:
         """How far the ranging sensors reach that are heard; 0 without any."""
-        return max((view.most_m for (name, _), view in self._views.items() if name not in self._silent), default=0.0)
+        return max((view.most_m for view in self._views.values() if view.part not in self._silent), default=0.0)
 
     def sectors_m(self, nav: NavState) -> Floats:
         """Distance from the middle of the boat to the nearest thing in each of 72 sectors of 5°, the first ahead, then
@@ -168,8 +172,8 @@ class Surroundings:
     def _looked_at(self, yaw_rad: float) -> NDArray[np.bool_]:
         """Which of the 72 sectors a sensor covers that is heard."""
         covered = np.zeros(SECTORS, dtype=bool)
-        for (name, _), view in self._views.items():
-            if name not in self._silent:
+        for view in self._views.values():
+            if view.part not in self._silent:
                 first = view.first_rad - view.half_rad - (yaw_rad if view.from_north else 0.0)
                 span = view.last_rad - view.first_rad + 2.0 * view.half_rad
                 covered |= np.remainder(_SECTORS_RAD - first, math.tau) <= span + 1e-9
@@ -203,12 +207,17 @@ class Surroundings:
         return replace(scan, distances_m=tuple(kept))
 
     def _mind_silence(self, now_s: float) -> None:
-        silent = frozenset(name for name, heard_s in self._heard_s.items() if now_s - heard_s > _SILENT_S)
-        for name in sorted(silent - self._silent):
+        before = self._silent
+        self._silent = frozenset(part for part, heard_s in self._heard_s.items() if now_s - heard_s > _SILENT_S)
+        for name in self._names(self._silent - before):
             self._events.say(now_s, TextKind.ATTENTION, "ranges_silent", f"No ranges from {name}"[:50])
-        for name in sorted(self._silent - silent):
+        for name in sorted({name for name, _ in before} - {name for name, _ in self._silent}):
             self._events.say(now_s, TextKind.ROUTINE, "ranges_back", f"Ranges from {name} are back"[:50])
-        self._silent = silent
+
+    def _names(self, parts: Set[Part]) -> list[str]:
+        """These silent parts for people: the sensor, where all of it is silent, else its beams."""
+        heard = {name for name, _ in self._heard_s.keys() - self._silent}
+        return sorted({f"{name} at {beam} deg" if name in heard and beam is not None else name for name, beam in parts})
 
     def _mind_plane(self, nav: NavState) -> None:
         """What was entered in another plane, or before the position jumped, lies elsewhere."""

@@ -14,7 +14,8 @@ _BLIND_S = 1.0  # without an inertial sensor nobody knows that the boat is uprig
 _LEVELS = ("IMU", "accelerometer")  # senses without which the estimate takes the boat to be level
 _TILTED_S = 0.3  # a wave that slaps the hull is shorter
 _BACK_SHARE = 0.7  # of FS_TILT_ANG, below which the boat is upright again
-_SHALLOW_S = 1.0
+_SHALLOW_S = 1.0  # for that long, and by two readings, before it counts: fish and bubbles
+_ALONE_S = 2.0  # a shallow reading after which none came for that long counts, too: there the sounder finds no bottom
 _DEPTH_AGE_S = 5.0
 _DEEPER_SHARE = 1.2  # of FS_DEPTH_MIN, from which on it is deep enough again
 
@@ -32,6 +33,7 @@ class HullWatch:
         self.depth_m: float | None = None  # while it is too shallow
         self._tilted_s: float | None = None
         self._shallow_s: float | None = None
+        self._first_s = -math.inf  # of the first shallow reading
 
     @property
     def aground_or_fouled(self) -> bool:
@@ -72,6 +74,8 @@ class HullWatch:
         if depth.below_transducer_m >= limit_m:
             self._shallow_s = self.depth_m = None
             return
-        self._shallow_s = now_s if self._shallow_s is None else self._shallow_s
-        if now_s - self._shallow_s >= _SHALLOW_S:
+        if self._shallow_s is None:
+            self._shallow_s, self._first_s = now_s, depth.t_s
+        lasted_s = now_s - self._shallow_s
+        if lasted_s >= (_SHALLOW_S if depth.t_s > self._first_s else _ALONE_S):
             self.depth_m = depth.below_transducer_m

@@ -20,7 +20,8 @@ class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
     Remembers when the last valid message came, counts of valid and of bad messages and of bytes since the last valid
-    one, and the rates of messages. Where those bytes are many, it remembers what they look like.
+    one, since when messages come that are of no use, and the rates of messages. Where those bytes are many, it
+    remembers what they look like.
     """
 
     messages = "messages"  # what the protocol calls them, for people
@@ -33,6 +34,7 @@ class StreamDriver(ABC):
         self._valid = 0
         self._bad = 0
         self._bytes_since_valid = 0
+        self._useless_s: float | None = None
         self._pace = MessageTiming(config.rate_hz)
         self._setup: DeviceSetup | None = None  # of devices that are configured at the start
         self._was_open = False
@@ -78,9 +80,10 @@ class StreamDriver(ABC):
         if is_open and not self._was_open:
             setup.restart()
         self._was_open = is_open
-        if is_open and (
-            request := setup.due(now_s, now_s - (now_s if self._last_valid_s is None else self._last_valid_s))
-        ):
+        if not setup.done:
+            self._useless_s = None
+        since_s = self._last_valid_s if self._useless_s is None else self._useless_s
+        if is_open and (request := setup.due(now_s, 0.0 if since_s is None else now_s - since_s)):
             self._stream.write(request, now_s)
 
     def _complaint(self, age_s: float | None) -> str:
@@ -109,6 +112,19 @@ class StreamDriver(ABC):
         self._pace.note(arrival_s, kind)
         self._last_valid_s = arrival_s
         self._bytes_since_valid = 0
+
+    def _count_use(self, arrival_s: float, used: bool) -> None:
+        """Of a driver that tells it: whether a valid message has brought what the sensor is for."""
+        if used:
+            self._useless_s = None
+        elif self._useless_s is None:
+            self._useless_s = arrival_s
+
+    @property
+    def _is_useless(self) -> bool:
+        """Whether the messages of the last `timeout_s` have brought nothing."""
+        since_s, last_s = self._useless_s, self._last_valid_s
+        return since_s is not None and last_s is not None and last_s - since_s > self._config.timeout_s
 
     @abstractmethod
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:

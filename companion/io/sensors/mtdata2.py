@@ -1,9 +1,9 @@
 """Xsens MTi inertial sensors: MTData2 messages over serial.
 
 Source: Xsens, MT Low-Level Communication Protocol Documentation. A message is FA FF MID LEN DATA CS; LEN 255 is
-followed by the length in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The device gives
-its NED output frame, its axes those of the boat: it is mounted forward-right-down, or turned so by its own setting,
-which `configure` and `rotation_deg` write at the start.
+followed by the length in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The identifier
+of an attitude tells whether it is to NED, ENU (as the device comes) or NWU. Its axes are those of the boat: it is
+mounted forward-right-down, or turned so by its own setting, which `configure` and `rotation_deg` write at the start.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.mtdata2_setup import ANSWERS, ERROR, SET_OUTPUT_ACK, error_text, mti_setup, rate_problem
 from companion.io.sensors.own_yaw import OwnYaw
 from companion.io.sensors.sample_clock import SampleClock
+from companion.nav.lever_arms import Quaternion, multiply, quaternion_of
 
 _MTDATA2 = 0x36
 _PREAMBLE_BYTES = 3
@@ -42,9 +43,15 @@ _MAGNETIC_FIELD = 0xC020
 _STATUS_WORD = 0xE020
 
 _GROUP_MASK = 0xFFF0  # the low nibble is precision (bits 0, 1) and frame (bits 2, 3)
-_PRECISION_MASK = 0x3
+_PRECISION_MASK, _FRAME_MASK = 0x3, 0xC
+_NED, _ENU, _NWU = 0x4, 0x0, 0x8
+_TO_NED: Mapping[int, Quaternion] = {  # half a turn about the bisector of north and east, and about north
+    _ENU: (0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0),
+    _NWU: (0.0, 1.0, 0.0, 0.0),
+}
 _FLOAT_32, _FIXED_1220, _FIXED_1632, _FLOAT_64 = range(4)
 _COUNTS: Mapping[int, int] = {_QUATERNION: 4, _EULER_ANGLES: 3, _ACCELERATION: 3, _RATE_OF_TURN: 3, _MAGNETIC_FIELD: 3}
+_ATTITUDES = (_QUATERNION, _EULER_ANGLES)
 _FLOATS: Mapping[int, struct.Struct] = {
     **{group | _FLOAT_32: struct.Struct(f">{count}f") for group, count in _COUNTS.items()},
     **{group | _FLOAT_64: struct.Struct(f">{count}d") for group, count in _COUNTS.items()},
@@ -64,8 +71,8 @@ _CLIPPING = 0x00080000
 @dataclass(frozen=True, slots=True)
 class _Layout:
     """Where the numbers of a message stand, for the next one with the same items. `values` gives all values of a
-    message, `heads` those that must be `expected`; `groups`: identifier, first value, the one past the last; `ticks`,
-    `status`: of which value that is, or None."""
+    message, `heads` those that must be `expected`; `groups`: measurement, first value, the one past the last;
+    `ticks`, `status`: of which value that is, or None."""
 
     values: Callable[[bytes], tuple[Any, ...]]
     heads: Callable[[tuple[Any, ...]], tuple[Any, ...]]
@@ -80,7 +87,7 @@ class Mtdata2Sensor(StreamDriver):
     from its own yaw where `heading` in the vessel's file allows it.
 
     Remembers the unfinished message and the relation of the device's clock to the vessel's. A message without both
-    acceleration and rate of turn gives no reading but counts as valid.
+    acceleration and rate of turn gives no `Imu` but counts as valid; where all are so, that is a fault.
     """
 
     messages = "MTData2 messages"
@@ -200,7 +207,7 @@ class Mtdata2Sensor(StreamDriver):
                 else:
                     numbers = unpacker.unpack_from(message, at) if size == unpacker.size else ()
                 if numbers and math.isfinite(sum(numbers)):  # it is not as soon as one of them is not
-                    values[group] = numbers
+                    values[_measurement(data_id)] = numbers
             elif group == _SAMPLE_TIME_FINE and size == 4:
                 (ticks,) = _word_at(message, at)
             elif group == _STATUS_WORD and size == 4:
@@ -219,6 +226,7 @@ class Mtdata2Sensor(StreamDriver):
             self._pace.late(direct_s - t_s)
         if field := values.get(_MAGNETIC_FIELD):
             readings.append(MagneticField(t_s, self.name, *field))
+        self._count_use(arrival_s, acceleration is not None and rate is not None)
         if acceleration is None or rate is None:
             return
         x, y, z = acceleration
@@ -237,7 +245,10 @@ class Mtdata2Sensor(StreamDriver):
             self._remark = ""
 
     def _complaint(self, age_s: float | None) -> str:
-        return super()._complaint(age_s) or self._remark
+        complaint = super()._complaint(age_s) or self._remark
+        if complaint or not self._is_useless:
+            return complaint
+        return "sends no acceleration and rate of turn: configure = true, or MT Manager's output configuration"
 
     def health(self, now_s: float) -> DeviceHealth:
         """As every driver's, with a remark where the device gives another rate than was asked for."""
@@ -263,7 +274,7 @@ def _layout_of(message: bytes) -> _Layout | None:
         form, count, group = f"{form}{_ITEM_HEAD}s", count + 1, data_id & _GROUP_MASK
         floats = _FLOATS.get(data_id & (_GROUP_MASK | _PRECISION_MASK))
         if floats is not None and floats.size == size and group not in groups:
-            groups[group] = group, count, count + _COUNTS[group]
+            groups[group] = _measurement(data_id), count, count + _COUNTS[group]
             form, count = form + floats.format[1:], count + _COUNTS[group]
         elif group in _COUNTS:
             return None
@@ -299,17 +310,36 @@ def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:
     return ()
 
 
+def _measurement(data_id: int) -> int:
+    """The group of an identifier; with the frame, where it is an attitude."""
+    group = data_id & _GROUP_MASK
+    return data_id & (_GROUP_MASK | _FRAME_MASK) if group in _ATTITUDES else group
+
+
 def _attitude(values: Mapping[int, tuple[float, ...]]) -> tuple[float | None, float | None, float | None]:
-    """(roll, pitch, yaw) in radians from Euler angles in degrees or from the quaternion body → NED; Nones without
-    either. They have the digits of float32, as the device's own numbers do, which halves their place in the log."""
-    if euler := values.get(_EULER_ANGLES):
+    """(roll, pitch, yaw) in radians from Euler angles in degrees or from the quaternion body → NED, ENU or NWU; Nones
+    without either. They have the digits of float32, as the device's own numbers do, which halves their place in the
+    log."""
+    if euler := values.get(_EULER_ANGLES | _NED):
         return _digits_of_float32(math.radians(euler[0]), math.radians(euler[1]), math.radians(euler[2]))
-    if quaternion := values.get(_QUATERNION):
+    if quaternion := values.get(_QUATERNION | _NED):
         w, x, y, z = quaternion
-        roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-        return _digits_of_float32(roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+        return _angles_of((w, x, y, z))
+    for frame, turn in _TO_NED.items():
+        if euler := values.get(_EULER_ANGLES | frame):
+            roll, pitch, yaw = map(math.radians, euler)
+            return _angles_of(multiply(turn, quaternion_of(roll, pitch, yaw)))
+        if quaternion := values.get(_QUATERNION | frame):
+            w, x, y, z = quaternion
+            return _angles_of(multiply(turn, (w, x, y, z)))
     return None, None, None
+
+
+def _angles_of(quaternion: Quaternion) -> tuple[float, float, float]:
+    w, x, y, z = quaternion
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    return _digits_of_float32(roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
 
 def _digits_of_float32(roll: float, pitch: float, yaw: float) -> tuple[float, float, float]:

@@ -20,7 +20,7 @@ from companion.core.tick import DeviceHealth
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import TALKER, checksum
 from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
-from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences
+from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences, replaces_lesser
 from companion.io.sensors.nmea0183_radar import RadarSentences
 from companion.io.sensors.nmea0183_sentences import TYPES
 from companion.io.sensors.nmea0183_time import SentenceTimes
@@ -152,7 +152,8 @@ class Nmea0183Sensor(StreamDriver):
         except (ValueError, OverflowError):  # fields that are not what their place says
             self._bad += 1
             return
-        self._seen_s[kind] = t_s
+        if replaces_lesser(kind, sentence):
+            self._seen_s[kind] = t_s
 
     def _note_other(self, name: str) -> None:
         if len(self._others) < _MOST_OTHERS:

@@ -21,9 +21,9 @@ _clock_of = lru_cache(16)(timestamp)  # several sentences of a moment have the s
 
 
 def checksum(body: bytes) -> int:
-    """The exclusive or of all bytes, at most 128. It folds one half over the other until one byte is left."""
+    """The exclusive or of all bytes, at most 256. It folds one half over the other until one byte is left."""
     folded = int.from_bytes(body, "little")
-    for half in (512, 256, 128, 64, 32, 16, 8):
+    for half in (1024, 512, 256, 128, 64, 32, 16, 8):
         folded ^= folded >> half
     return folded & 0xFF
 

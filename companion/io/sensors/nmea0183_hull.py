@@ -25,6 +25,7 @@ _TRANSDUCER_UNITS = {
     ("D", "M"): ("m", 1.0),
     ("P", "B"): ("pa", 1e5),
     ("P", "P"): ("pa", 1.0),
+    ("P", "H"): ("pa", 100.0),
     ("H", "P"): ("share", 0.01),
     ("U", "V"): ("v", 1.0),
     ("I", "A"): ("a", 1.0),
@@ -32,6 +33,14 @@ _TRANSDUCER_UNITS = {
     ("T", "R"): ("radps", math.tau / 60.0),
     ("N", "N"): ("n", 1.0),
 }
+
+
+def replaces_lesser(kind: str, sentence: Sentence) -> bool:
+    """Whether the sentence holds what lesser ones tell too. VWR and VHW may come beside a MWV of true wind, and beside
+    a VBW with the speed over ground alone."""
+    if kind == "MWV":
+        return sentence.get("reference") == "R"
+    return kind != "VBW" or bool(sentence.get("lon_water_spd"))
 
 
 class HullSentences:
@@ -171,7 +180,9 @@ class HullSentences:
         for n in range(_MOST_TRANSDUCERS):
             kind, unit, name = (sentence.get(f"{part}_{n}", "") for part in ("type", "units", "id"))
             ending, factor = _TRANSDUCER_UNITS.get((kind, unit), ("", 1.0))
-            known = re.sub("[^a-z0-9]+", "_", (name or kind).lower())[:24].strip("_")
+            if not name or name.isdecimal():  # weather stations number the transducers of each kind
+                name = kind + name
+            known = re.sub("[^a-z0-9]+", "_", name.lower())[:24].strip("_")
             if known:
                 self._measured(
                     f"{known}_{ending}" if ending else known, number(sentence.get(f"value_{n}")), factor, t_s, readings

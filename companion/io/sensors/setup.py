@@ -9,7 +9,7 @@ from dataclasses import dataclass
 _ANSWER_S = 0.5
 _TRIES = 4
 _PAUSE_S = 5.0  # before it starts again
-_SILENT_S = 3.0  # a device that was silent for so long may have lost its power and its settings
+_SILENT_S = 3.0  # a device that sent nothing of use for so long may have lost its power and its settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class DeviceSetup:
         self._next_s = None
 
     def due(self, now_s: float, silent_s: float) -> bytes:
-        """What to write now, b'' for nothing. `silent_s`: since the device's last message."""
+        """What to write now, b'' for nothing. `silent_s`: since the device's last message of use."""
         if self.done:
             if silent_s <= _SILENT_S:
                 return b""

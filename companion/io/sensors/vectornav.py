@@ -33,7 +33,8 @@ class VectorNavSensor(StreamDriver):
     file allows it.
 
     Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device gets
-    the command at the start to send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message.
+    the command at the start to send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message, and what
+    else the device sends.
     """
 
     messages = "VectorNav messages"
@@ -42,6 +43,7 @@ class VectorNavSensor(StreamDriver):
         super().__init__(config, stream)
         self._tail = b""
         self._tail_arrival_s = 0.0
+        self._other = "nothing"
         self._setup = _setup(config.rate_hz) if config.configure else None
         self._own_yaw = OwnYaw(config)
         self._gives_field = config.heading == "ahrs"
@@ -62,9 +64,17 @@ class VectorNavSensor(StreamDriver):
             self._tail_arrival_s = arrival_s
         self._tail = buffer[begin:] if unfinished else b""
 
+    def _complaint(self, age_s: float | None) -> str:
+        complaint = super()._complaint(age_s)
+        if complaint or not self._is_useless:
+            return complaint
+        return f"sends {self._other}, not VNYMR: configure = true, or set its register 6 to {_YMR}"
+
     def _message(self, body: str, t_s: float, arrival_s: float, readings: list[Reading]) -> None:
         self._count_valid(arrival_s, body[2:5])
-        if body.startswith("VNYMR,"):
+        used = body.startswith("VNYMR,")
+        self._count_use(arrival_s, used)
+        if used:
             try:
                 values = [number(text) for text in body[6:].split(",")]
             except ValueError:
@@ -77,6 +87,8 @@ class VectorNavSensor(StreamDriver):
             self._setup.heard(",".join(body.split(",")[1:3]))
         elif self._setup is not None and body.startswith("VNERR"):
             self._setup.refused(f"error {body[6:]}", arrival_s)
+        else:
+            self._other = body[:5]
 
     def _emit(self, t_s: float, values: list[float], readings: list[Reading]) -> None:
         yaw_deg, pitch_deg, roll_deg, mx, my, mz, x, y, z, p, q, r = values

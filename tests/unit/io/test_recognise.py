@@ -15,6 +15,7 @@ from companion.io.formats import LineFormat
 from companion.io.recognise import Recogniser
 from companion.io.rtcm import crc24q
 from companion.io.sensors import open_sensor
+from tests.unit.io.sensors.test_vectornav import VNINS
 from tests.wires import Wire
 
 GNSS = b"$GPGGA,092725.00,4717.11399,N,00833.91590,E,1,08,1.01,499.6,M,48.0,M,,*5B\r\n"
@@ -36,6 +37,7 @@ DEVICES = {
     "ais": (AIS, LineFormat.AIS, "AIVDM", "the AIS receiver"),
     "imu": (MTDATA2, LineFormat.MTDATA2, "acceleration, rate of turn", "the inertial sensor"),
     "xsens": (XSENS_CONFIG, LineFormat.XSENS, "message 3E", "the inertial sensor"),
+    "vectornav": (VNINS, LineFormat.NMEA, "VNINS", "the inertial sensor"),
     "rtcm": (RTCM_1005, LineFormat.RTCM, "1005", "the radio with the corrections"),
     "ubx": (UBX_ACK, LineFormat.UBX, "05 01", "the GNSS receiver"),
     "mavlink": (HEARTBEAT, LineFormat.MAVLINK, "HEARTBEAT", "a telemetry radio or an autopilot"),

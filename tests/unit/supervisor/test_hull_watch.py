@@ -159,6 +159,22 @@ def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
     assert Bench().sail(5.0, depth_m=0.0).depth_m is None, "0: never"
 
 
+def test_one_shallow_reading_of_a_sounder_that_measures_once_a_second_is_no_shallow_water() -> None:
+    bench = Bench(FS_DEPTH_MIN=1.0)
+
+    def hear(*depths_m: float, every_s: float = 1.04) -> float | None:
+        for depth_m in depths_m:
+            reading, until_s = Depth(bench.t_s, "sounder", depth_m), bench.t_s + every_s
+            while bench.t_s < until_s:
+                bench.watch.update(AT_REST, reading, 0.0, 0.0, bench.t_s)
+                bench.t_s += DT_S
+        return bench.watch.depth_m
+
+    assert hear(5.0, 0.4) is None, "a fish"
+    assert hear(5.0, 0.4, 0.4) == 0.4
+    assert hear(5.0, 0.4, every_s=3.0) == 0.4, "the last that the sounder could measure"
+
+
 def test_a_sounder_that_finds_no_bottom_does_not_say_that_it_is_deep_enough() -> None:
     bench = Bench(FS_DEPTH_MIN=1.0)
     assert bench.sail(2.0, depth_m=0.8).depth_m == 0.8

@@ -79,6 +79,30 @@ def test_quaternion() -> None:
 
 
 @pytest.mark.parametrize(
+    ("data_id", "numbers", "expected_deg"),
+    [
+        (0x2010, (0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0), (0.0, 0.0, 0.0)),
+        (0x2010, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 90.0)),
+        (0x2018, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        (0x2018, (0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0), (0.0, 0.0, -90.0)),
+        (0x2030, (180.0, 0.0, 0.0), (0.0, 0.0, 90.0)),
+        (0x2030, (-170.0, 0.0, 90.0), (10.0, 0.0, 0.0)),
+        (0x2038, (180.0, 5.0, 30.0), (0.0, -5.0, -30.0)),
+    ],
+)
+@pytest.mark.parametrize("alone", [True, False], ids=["first", "of a known layout"])
+def test_an_attitude_to_east_north_up_or_north_west_up(
+    data_id: int, numbers: tuple[float, ...], expected_deg: tuple[float, ...], alone: bool
+) -> None:
+    """An MTi comes with ENU, and says so in its identifiers. x is ahead, y to starboard, z down in each case."""
+    whole = message(item(data_id, struct.pack(f">{len(numbers)}f", *numbers)), FORCE, RATE)
+    imu = read(whole if alone else whole * 2)[-1]
+    assert imu.roll_rad is not None and imu.pitch_rad is not None and imu.yaw_rad is not None
+    found_deg = [math.degrees(angle) for angle in (imu.roll_rad, imu.pitch_rad, imu.yaw_rad)]
+    assert found_deg == pytest.approx(expected_deg, abs=1e-4)
+
+
+@pytest.mark.parametrize(
     "data_id, data",
     [
         (0x4023, struct.pack(">3d", 0.5, -0.25, -9.75)),
@@ -185,3 +209,16 @@ def test_the_devices_own_yaw_as_a_compass(worth: Literal["none", "magnetic", "tr
     assert len(headings) == (10 if by else 0)
     assert all(heading.by is by and heading.yaw_rad == pytest.approx(math.radians(-170.0)) for heading in headings)
     assert [heading.t_s for heading in headings[:2]] == pytest.approx([1.0, 1.1][: len(headings)])
+
+
+def test_a_device_without_acceleration_is_not_well() -> None:
+    """As an MTi comes: it sent attitudes, counted as an inertial sensor, and was none."""
+    line = Wire()
+    sensor = Mtdata2Sensor(SensorConfig("imu", "mtdata2", "serial:/dev/x:115200"), line)
+    attitude = item(0x2010, struct.pack(">4f", 0.0, 1.0, 0.0, 0.0))
+    line.chunks = [(0.1 * k, message(attitude)) for k in range(30)]
+    assert sensor.read(3.0) == []
+    health = sensor.health(3.0)
+    assert not health.ok and health.text.startswith("sends no acceleration and rate of turn: configure = true")
+    line.chunks = [(3.1, message(attitude)), (3.1, message(FORCE, RATE))]
+    assert len(sensor.read(3.1)) == 1 and sensor.health(3.1).ok

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from datetime import UTC, date, datetime
+from functools import reduce
+from operator import xor
 
 import pytest
 from pynmea2.nmea_utils import timestamp
 
-from companion.io.sensors.nmea0183_fields import seconds_of_day, unix_ns
+from companion.io.sensors.nmea0183_fields import checksum, seconds_of_day, unix_ns
 
 
 @pytest.mark.parametrize("text", ["000000", "235959.999", "123519.5", "092750.000", "010203.123456", "201530.00"])
@@ -18,6 +20,12 @@ def test_a_time_is_that_of_pynmea2(text: str) -> None:
     moment = datetime.combine(date(2026, 5, 31), clock, UTC)
     seconds = int(moment.replace(microsecond=0).timestamp())
     assert unix_ns(date(2026, 5, 31), text) == seconds * 1_000_000_000 + clock.microsecond * 1000
+
+
+@pytest.mark.parametrize("length", [0, 1, 2, 82, 127, 128, 129, 200, 255, 256])
+def test_the_checksum_is_the_exclusive_or_of_all_bytes(length: int) -> None:
+    body = bytes(32 + k * k % 90 for k in range(length))
+    assert checksum(body) == reduce(xor, body, 0)
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,8 @@ def test_relative_wind_by_hand() -> None:
         Wind(1.0, "gnss", pytest.approx(10.0 * KNOT), pytest.approx(math.radians(-30.0)))
     ]
     assert len(read(sentence("WIMWV,214.8,R,0.1,K,A") + VWR)) == 1, "MWV says the same"
+    assert read(sentence("WIMWV,214.8,R,,K,V") + VWR) == [], "MWV says that it is not valid"
+    assert len(read(sentence("WIMWV,214.8,T,0.1,K,A") + VWR)) == 1, "MWV is about true wind"
     assert read(sentence("IIVWR,30.0,,10.0,N,,M,,K")) == []
 
 
@@ -61,7 +63,9 @@ def test_rates_and_rudders_and_speed_through_water_by_hand() -> None:
         "water_surge_mps": pytest.approx(2.0 * KNOT),
         "water_sway_mps": pytest.approx(-0.5 * KNOT),
     }
-    assert measured(sentence("VDVBW,2.0,-0.5,V,2.1,0.3,A")) == {}
+    assert measured(sentence("VDVBW,2.0,-0.5,V,2.1,0.3,A") + VHW) == {}
+    over_ground = sentence("GPVBW,,,V,2.1,0.3,A")
+    assert measured(over_ground + VHW) == {"water_surge_mps": pytest.approx(3.148, abs=1e-3)}
 
 
 def test_transducers_by_hand() -> None:
@@ -77,6 +81,18 @@ def test_transducers_by_hand() -> None:
     }
     assert measured(sentence("YXXDR,A,,D,PTCH")) == {} == measured(sentence("YXXDR"))
     assert measured(sentence("YXXDR,,1.0,,")) == {}
+
+
+def test_transducers_that_a_weather_station_numbers_by_kind() -> None:
+    """As Vaisala's WXT530 does: pressure and wind speed were both called 0."""
+    assert measured(sentence("WIXDR,P,1028.1,H,0,C,24.9,C,0,H,43.2,P,0,A,302,D,0,S,0.1,M,0,S,0.4,M,1")) == {
+        "p0_pa": pytest.approx(102810.0),
+        "c0_c": 24.9,
+        "h0_share": pytest.approx(0.432),
+        "a0_rad": pytest.approx(math.radians(302.0)),
+        "s0": 0.1,
+        "s1": 0.4,
+    }
 
 
 def test_a_fix_without_height_is_told_by_gsa() -> None:

@@ -90,3 +90,33 @@ def test_it_is_told_type_and_rate() -> None:
         line.chunks = [(now_s, reply)]
         readings = sensor.read(now_s)
     assert len(readings) == 1 and sensor.health(5.6).ok
+
+
+# of the VN-200's manual: 137 bytes, and what it sends unless it is told otherwise
+VNINS = sentence(
+    "VNINS,333811.902862,1694,0004,+009.500,-004.754,-000.225,+32.95602815,-096.71415700,+00171.195,"
+    "-000.840,-000.396,-000.109,07.8,01.6,0.23"
+)
+
+
+def test_a_device_that_sends_another_message_is_not_well() -> None:
+    sensor, line = driver(rate_hz=50.0)
+    line.chunks = [(0.1 * k, VNINS) for k in range(30)]
+    assert sensor.read(3.0) == [] and sensor.counts == (30, 0)
+    assert not sensor.health(3.0).ok
+    assert sensor.health(3.0).text.startswith("sends VNINS, not VNYMR: configure = true, or set its register 6 to 14")
+    line.chunks = [(3.1, VNINS + VNYMR)]
+    assert len(sensor.read(3.1)) == 1 and sensor.health(3.1).ok
+
+
+def test_a_device_that_has_lost_its_settings_is_configured_again() -> None:
+    sensor, line = driver(configure=True, rate_hz=50.0)
+    told = ((0.0, VNINS), (0.1, sentence("VNWRG,06,14")), (0.2, sentence("VNWRG,07,50")), (0.3, VNYMR))
+    for now_s, reply in told:
+        line.chunks = [(now_s, reply)]
+        sensor.read(now_s)
+    assert sensor.health(0.3).ok and len(line.sent) == 2
+    for k in range(35):
+        line.chunks = [(0.4 + 0.1 * k, VNINS)]
+        sensor.read(0.4 + 0.1 * k)
+    assert line.sent[2] == (pytest.approx(3.5), sentence("VNWRG,06,14"))

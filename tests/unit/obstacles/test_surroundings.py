@@ -1,0 +1,71 @@
+"""Which ranging sensors fall silent, and which of their beams."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config.vessel import find, load
+from companion.core.events import EventLog
+from companion.core.geodesy import LocalFrame
+from companion.core.readings import Ranges
+from companion.obstacles.surroundings import Surroundings
+from companion.params.store import Parameters
+from tests.unit.conftest import AT_REST
+
+BEAMS_DEG = (0.0, 90.0, 270.0)
+TICK_S = 0.1
+
+
+class Bench:
+    """A sensor `lidar` with three single beams, as three DISTANCE_SENSORs on one port, and a scanning `radar`."""
+
+    def __init__(self) -> None:
+        self.events = EventLog()
+        frame = LocalFrame(63.4, 10.4)
+        self.around = Surroundings(load(find("revolt")), Parameters(), self.events, lambda: frame)
+        self.t_s = 0.0
+
+    def run(self, duration_s: float, *beams_deg: float, scans: bool = True) -> list[str]:
+        """Only these beams speak. Returns what is said meanwhile."""
+        for _ in range(round(duration_s / TICK_S)):
+            self.t_s += TICK_S
+            for deg in beams_deg:
+                self._hear("lidar", math.radians(deg), 1)
+            if scans:
+                self._hear("radar", 0.0, 72)
+            self.around.update(AT_REST, None, self.t_s)
+        return [event.text for event in self.events.drain()]
+
+    def _hear(self, name: str, first_rad: float, count: int) -> None:
+        step_rad = math.radians(5.0)
+        far = (math.inf,) * count
+        self.around.take(Ranges(self.t_s, name, first_rad, step_rad, 0.2, 20.0, False, 0.0, 0.0, far), self.t_s)
+
+
+def test_one_beam_of_several_on_a_port_falls_silent_alone() -> None:
+    bench = Bench()
+    assert bench.run(3.0, *BEAMS_DEG) == []
+    assert bench.around.silent == ()
+    assert bench.run(3.0, 90.0, 270.0) == ["No ranges from lidar at 0 deg"]
+    assert bench.around.silent == ("lidar at 0 deg",)
+    assert bench.run(3.0, *BEAMS_DEG) == ["Ranges from lidar are back"]
+    assert bench.around.silent == ()
+
+
+def test_a_sensor_whose_beams_are_all_silent_is_named_once() -> None:
+    bench = Bench()
+    bench.run(3.0, *BEAMS_DEG)
+    assert bench.run(3.0) == ["No ranges from lidar"]
+    assert bench.run(3.0, 90.0) == []
+    assert bench.around.silent == ("lidar at 0 deg", "lidar at 270 deg")
+    assert bench.run(3.0, *BEAMS_DEG) == ["Ranges from lidar are back"]
+    assert bench.run(3.0, *BEAMS_DEG, scans=False) == ["No ranges from radar"]
+
+
+def test_where_a_silent_beam_looked_nothing_is_known_to_be_free() -> None:
+    bench = Bench()
+    bench.run(3.0, *BEAMS_DEG, scans=False)
+    assert math.isinf(bench.around.sectors_m(AT_REST)[0])
+    bench.run(3.0, 90.0, 270.0, scans=False)
+    sectors_m = bench.around.sectors_m(AT_REST)
+    assert math.isnan(sectors_m[0]) and math.isinf(sectors_m[18])
