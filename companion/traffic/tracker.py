@@ -18,6 +18,8 @@ _SLOW_MPS = 1.6  # class B reports every 3 minutes below 2 knots, class A at anc
 _UPDATE_S = 1.0
 _UNKNOWN_RADIUS_M = 10.0
 _LIES = frozenset({1, 5, 6})  # AIS status: at anchor, moored, aground
+_FISHES, _SAILS = 7, 8  # AIS status
+_STATUS_OF_KIND = {30: _FISHES, 36: _SAILS}  # by type of ship: class B tells no status
 _SWINGS_MPS = 0.5  # slower, such a ship swings at its anchor, or its receiver makes noise: it goes nowhere
 _MMSI = range(1, 1_000_000_000)
 _MOTION = ("t_s", "source", "lat_deg", "lon_deg", "course_rad", "speed_mps", "heading_rad", "turn_rate_radps")
@@ -123,7 +125,7 @@ def _merged(before: TrackedTarget, report: AisTarget, now_s: float) -> TrackedTa
 def contact(target: TrackedTarget, frame: LocalFrame, now_s: float) -> Contact | None:
     """Where the vessel is now, if it has gone straight on since its last position; None before the first. Without
     speed, or without course and heading, it is taken to be at rest; so is one that reports that it lies at anchor, is
-    moored or aground, and is slow."""
+    moored or aground, and is slow. Of a vessel that tells no status its type counts."""
     known = target.known
     if known.lat_deg is None or known.lon_deg is None:
         return None
@@ -145,7 +147,7 @@ def contact(target: TrackedTarget, frame: LocalFrame, now_s: float) -> Contact |
         north_mps,
         east_mps,
         radius_m,
-        known.status,
+        _STATUS_OF_KIND.get(known.kind or 0) if known.status is None else known.status,
     )
 
 
