@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 from companion.core.decision import TextKind
@@ -18,8 +19,9 @@ class KeepingUp:
     """Call `update(off_m, wanted_mps, made_mps, now_s)` every tick under way. `off_m`: way left to the follow position.
 
     A boat falls behind where that way grows for half a minute although it wants to sail faster than it does: the leader
-    is too fast for this wind, this current and these waves. Remembers that way over the last 30 s, and whether it has
-    been announced. The watch starts again after more than a second without `update`.
+    is too fast for this wind, this current and these waves, or for the speed that the boat may sail. Remembers that way
+    over the last 30 s, and whether it has been announced. The watch starts again after more than a second without
+    `update`.
     """
 
     def __init__(self, events: EventLog) -> None:
@@ -30,8 +32,11 @@ class KeepingUp:
         self._slow_s = 0
         self._behind = False
 
-    def update(self, off_m: float, wanted_mps: float, made_mps: float, now_s: float) -> None:
-        """Record where the boat is and judge it once a second. Speeds over ground along the course to sail."""
+    def update(
+        self, off_m: float, wanted_mps: float, made_mps: float, now_s: float, most_mps: float = math.inf
+    ) -> None:
+        """Record where the boat is and judge it once a second. Speeds over ground along the course to sail. `most_mps`:
+        what `wanted_mps` is limited to."""
         if now_s - self._last_s > _GAP_S:
             self._off_m.clear()
             self._slow_s, self._behind, self._next_s = 0, False, now_s
@@ -40,7 +45,8 @@ class KeepingUp:
             return
         self._next_s += 1.0
         self._off_m.append(off_m)
-        self._slow_s = self._slow_s + 1 if made_mps < _SLOWER * wanted_mps else 0
+        wants_more = made_mps < _SLOWER * wanted_mps or wanted_mps >= most_mps
+        self._slow_s = self._slow_s + 1 if wants_more else 0
         grown_m = off_m - self._off_m[0] if len(self._off_m) > _WINDOW_S else 0.0
         if not self._behind and self._slow_s >= _WINDOW_S and grown_m > _FURTHER_M and off_m > _FAR_M:
             self._behind = True

@@ -132,7 +132,8 @@ class FollowLaw:
         return abs(wrap_pi(self._asked[1] - math.pi)) < _ASTERN_RAD
 
     @property
-    def _most_mps(self) -> float:
+    def most_mps(self) -> float:
+        """Top speed in Follow, by the parameters."""
         p = self._parameters
         return min(p["MPC_XY_VEL_MAX"], p["FLW_TGT_MAX_VEL"])
 
@@ -278,7 +279,7 @@ class FollowLaw:
             left_m = off_m + feed_mps * feed_mps / (-2.0 * push_mps2)
             wanted = min(wanted, self._stopping_mps(left_m))
         lowest = -p["DP_SPEED_ASTERN"] if self._can_reverse else 0.0
-        return min(self._most_mps, max(lowest, wanted))
+        return min(self.most_mps, max(lowest, wanted))
 
     def _closing(self, off_m: float, feed_mps: float) -> float:
         """By how much the boat goes faster than its follow position: never more than it can lose on the way left."""
@@ -325,7 +326,7 @@ class FollowLaw:
         if leader.astern and not self._can_reverse:  # without reverse it does not chase a boat that may stop at once
             return _MovingPoint(leader.north_m + dn, leader.east_m + de, 0.0, 0.0, 0.0)
         north, east = leader.north_mps - turn * de, leader.east_mps + turn * dn
-        most = self._most_mps
+        most = self.most_mps
         share = min(1.0, most / max(1e-6, math.hypot(north, east)))
         return _MovingPoint(leader.north_m + dn, leader.east_m + de, share * north, share * east, turn)
 
@@ -341,7 +342,7 @@ class FollowLaw:
         near = feed / max(1e-6, feed + 2.0 * approach.closing_mps)
         last = nav.yaw_rad if self._yaw is None else self._yaw
         course = math.atan2(approach.east_mps, approach.north_mps) if speed > _LEAST_MPS else last
-        most = self._most_mps
+        most = self.most_mps
         motion = FollowMotion(
             course,
             min(most, speed),

@@ -265,7 +265,7 @@ class FollowMode(Mode):
         """Watch the headway along the requested course, unless the boat should stand still, and whether it keeps up."""
         along = nav.north_mps * math.cos(motion.course_rad) + nav.east_mps * math.sin(motion.course_rad)
         if not motion.evading:
-            self._keeping_up.update(motion.off_m, motion.speed_mps, along, inputs.now_s)
+            self._keeping_up.update(motion.off_m, motion.speed_mps, along, inputs.now_s, self.law.most_mps)
         if motion.speed_mps < _MAKING_WAY_MPS:
             self._headway.reset()
             return

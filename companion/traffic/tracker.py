@@ -17,6 +17,10 @@ _FORGET_S, _FORGET_SLOW_S = 90.0, 420.0
 _SLOW_MPS = 1.6  # class B reports every 3 minutes below 2 knots, class A at anchor below 3 knots
 _UPDATE_S = 1.0
 _UNKNOWN_RADIUS_M = 10.0
+_LIES = frozenset({1, 5, 6})  # AIS status: at anchor, moored, aground
+_FISHES, _SAILS = 7, 8  # AIS status
+_STATUS_OF_KIND = {30: _FISHES, 36: _SAILS}  # by type of ship: class B tells no status
+_SWINGS_MPS = 0.5  # slower, such a ship swings at its anchor, or its receiver makes noise: it goes nowhere
 _MMSI = range(1, 1_000_000_000)
 _MOTION = ("t_s", "source", "lat_deg", "lon_deg", "course_rad", "speed_mps", "heading_rad", "turn_rate_radps")
 _SHIP = ("status", "kind", "bow_m", "stern_m", "port_m", "starboard_m", "callsign", "name")
@@ -120,15 +124,13 @@ def _merged(before: TrackedTarget, report: AisTarget, now_s: float) -> TrackedTa
 
 def contact(target: TrackedTarget, frame: LocalFrame, now_s: float) -> Contact | None:
     """Where the vessel is now, if it has gone straight on since its last position; None before the first. Without
-    course or speed it is taken to be at rest."""
+    speed, or without course and heading, it is taken to be at rest; so is one that reports that it lies at anchor, is
+    moored or aground, and is slow. Of a vessel that tells no status its type counts."""
     known = target.known
     if known.lat_deg is None or known.lon_deg is None:
         return None
     north_m, east_m = frame.to_ned(known.lat_deg, known.lon_deg)
-    speed = known.speed_mps or 0.0
-    north_mps = east_mps = 0.0
-    if known.course_rad is not None:
-        north_mps, east_mps = speed * math.cos(known.course_rad), speed * math.sin(known.course_rad)
+    north_mps, east_mps = _velocity(known)
     age_s = max(0.0, now_s - known.t_s)
     (x_m, y_m), radius_m = _hull(known)
     heading = known.heading_rad if known.heading_rad is not None else known.course_rad
@@ -145,8 +147,17 @@ def contact(target: TrackedTarget, frame: LocalFrame, now_s: float) -> Contact |
         north_mps,
         east_mps,
         radius_m,
-        known.status,
+        _STATUS_OF_KIND.get(known.kind or 0) if known.status is None else known.status,
     )
+
+
+def _velocity(known: AisTarget) -> tuple[float, float]:
+    """(north, east) in m/s, by which it is predicted."""
+    speed = known.speed_mps or 0.0
+    course = known.course_rad if known.course_rad is not None else known.heading_rad
+    if course is None or (known.status in _LIES and speed < _SWINGS_MPS):
+        return 0.0, 0.0
+    return speed * math.cos(course), speed * math.sin(course)
 
 
 def _hull(known: AisTarget) -> tuple[tuple[float, float], float]:

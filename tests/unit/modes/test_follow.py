@@ -129,6 +129,18 @@ def test_a_boat_that_cannot_make_way_is_said_to_be_stuck(boat: Boat) -> None:
     assert any(text.startswith("Follow: cannot keep up") for text in boat.texts())
 
 
+@pytest.mark.parametrize("limit", ["MPC_XY_VEL_MAX", "FLW_TGT_MAX_VEL"])
+def test_a_boat_at_the_limit_of_its_speed_says_that_the_leader_leaves_it_behind(boat: Boat, limit: str) -> None:
+    boat.parameters.set(limit, 0.8)
+    lead = LeadBoat(boat)
+    lead.ahead_m, lead.speed_mps = 22.0, 1.0
+    following(boat, lead, 60.0)
+    assert any(text.startswith("Follow: cannot keep up") for text in boat.texts())
+    lead.speed_mps, lead.ahead_m = 0.5, lead.ahead_m + 0.5 * boat.now_s
+    lead.run(60.0)
+    assert "Follow: catching up" in boat.texts() and boat.status.mode is ModeId.FOLLOW
+
+
 def test_time_to_collision_counts_only_the_boats_own_way_towards_the_leader() -> None:
     nav = replace(AT_REST, surge_mps=4.0, north_mps=4.0)
     assert closes_too_fast(nav, leader_at(18.0), 12.0, 2.0)

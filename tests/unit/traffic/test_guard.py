@@ -155,9 +155,11 @@ def test_it_does_give_way_and_nothing_happens(make_boat: Callable[..., Boat]) ->
     assert seen["slowest_mps"] > 0.95 and "traffic_action" not in boat.names() and "traffic_clear" in boat.names()
 
 
-def test_a_fishing_vessel_is_given_way_to(make_boat: Callable[..., Boat]) -> None:
+@pytest.mark.parametrize("told", [{"status": 7}, {"kind": 30}, {"kind": 36}], ids=["status", "fishing", "sailing"])
+def test_a_fishing_vessel_is_given_way_to(make_boat: Callable[..., Boat], told: dict[str, int]) -> None:
+    """Class B tells no status: the type of the ship counts."""
     boat = under_way(make_boat, CA_ACTION=3)
-    other = Other(boat, boat.nav.north_m + 90.0, -90.0, 0.0, 1.0, status=7)
+    other = Other(boat, boat.nav.north_m + 90.0, -90.0, 0.0, 1.0, **told)
     sail(boat, [other], 10.0)
     assert "traffic_action" in boat.names()
 

@@ -123,6 +123,28 @@ def test_the_middle_of_the_hull_not_the_antenna() -> None:
     assert there.radius_m == pytest.approx(0.5 * math.hypot(295.0, 32.0))
 
 
+@pytest.mark.parametrize(
+    ("status", "speed_mps", "gone_m"), [(0, 0.3, 54.0), (1, 0.3, 0.0), (5, 0.3, 0.0), (1, 2.0, 360.0)]
+)
+def test_a_ship_at_anchor_reports_every_three_minutes_and_stays(status: int, speed_mps: float, gone_m: float) -> None:
+    """It swings, and its receiver makes noise. One that makes way has only forgotten to change its status."""
+    tracker = TrafficTracker()
+    tracker.take(motion(7, speed_mps=speed_mps, status=status), 0.0, HERE)
+    there = contact(tracker.targets[0], LocalFrame(*HERE), 180.0)
+    assert there is not None and there.north_m == pytest.approx(gone_m, abs=0.1)
+    assert there.speed_mps == pytest.approx(speed_mps if gone_m else 0.0)
+
+
+def test_without_a_course_a_vessel_goes_where_its_bow_points() -> None:
+    tracker = TrafficTracker()
+    tracker.take(AisTarget(0.0, "ais", 7, *HERE, None, 3.0, heading_rad=0.5 * math.pi), 0.0, HERE)
+    there = contact(tracker.targets[0], LocalFrame(*HERE), 10.0)
+    assert there is not None and (there.north_m, there.east_m) == pytest.approx((0.0, 30.0), abs=0.1)
+    tracker.take(AisTarget(1.0, "ais", 8, *HERE, None, 3.0), 1.0, HERE)
+    unknown = contact(tracker.targets[1], LocalFrame(*HERE), 10.0)
+    assert unknown is not None and unknown.speed_mps == 0.0
+
+
 def test_a_vessel_without_a_position_is_no_contact() -> None:
     tracker = TrafficTracker()
     tracker.take(AisTarget(0.0, "ais", 7, name="NORA"), 0.0, HERE)
