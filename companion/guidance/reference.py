@@ -25,6 +25,7 @@ _QUARTER_TURN = 0.5 * math.pi
 # How much faster than DP_YAW_RATE a reference turns that hurries, and to which rate at most: the bow of a boat that
 # its weather drives off. At DP_YAW_RATE it would be carried away beam on for the better part of a minute.
 _HURRY, _HURRY_MOST_RADPS = 2.7, math.radians(8.0)
+_BEYOND = 1.001  # of its limit at full pace: what turns or slides faster did not learn it from the reference
 _AT_REST = 1.0e-9  # m and rad, and a hundred times that per second: within this the core is set to the target
 
 Sample = tuple[float, float, float, float, float, float, float, float, float]
@@ -35,7 +36,19 @@ class Limits:
     """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed, `hurries` raises that of
     yaw rate, and `pace` is the share of all speeds that the boat keeps up with."""
 
-    __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "damping_1ps", "sway", "yaw")
+    __slots__ = (
+        "acc_surge",
+        "acc_sway",
+        "acc_yaw",
+        "ahead",
+        "astern",
+        "damping_1ps",
+        "damping_sway_1ps",
+        "slide",
+        "sway",
+        "turn",
+        "yaw",
+    )
 
     def __init__(
         self, parameters: Parameters, speed_mps: float | None, hurries: bool = False, pace: float = 1.0
@@ -47,16 +60,24 @@ class Limits:
         self.yaw = pace * math.radians(parameters["DP_YAW_RATE"])
         if hurries:
             self.yaw = max(self.yaw, min(_HURRY * self.yaw, _HURRY_MOST_RADPS))
+        self.turn = _BEYOND * max(self.yaw, math.radians(parameters["DP_YAW_RATE"]))
+        self.slide = _BEYOND * parameters["DP_SPEED_SWAY"]
         self.acc_surge = parameters["DP_ACC_SURGE"]
         self.acc_sway = parameters["DP_ACC_SWAY"]
         self.acc_yaw = math.radians(parameters["DP_ACC_YAW"])
         self.damping_1ps = 2.0 * parameters["DP_BW_YAW"]
+        self.damping_sway_1ps = 2.0 * parameters["DP_BW_SWAY"]
 
     def braking_radps2(self, yaw_rate_radps: float) -> float:
         """Largest yaw acceleration at that rate. A boat may turn much faster than the reference ever does, out of a
         bend or adrift in wind and current: that is braked as the yaw loop brakes it, or the boat would be led half a
         turn on."""
         return max(self.acc_yaw, self.damping_1ps * (abs(yaw_rate_radps) - self.yaw))
+
+    def braking_mps2(self, sway_mps: float) -> float:
+        """Largest sway acceleration at that speed. A boat that came out of a bend slides much faster than the reference
+        ever does: that is braked as the sway loop brakes it, or the boat would be led on sideways for lengths."""
+        return max(self.acc_sway, self.damping_sway_1ps * (abs(sway_mps) - self.slide))
 
     def along(self, north: float, east: float, yaw: float, headings_rad: tuple[float, ...]) -> tuple[float, float]:
         """The largest (rate in 1/s, acceleration in 1/s²) of a motion along (north, east, yaw) that keeps the limits at
@@ -106,10 +127,7 @@ class _Core:
         dn, de, dy = self.target[0] - n, self.target[1] - e, self.target[2] - y
         wanted = self._wanted_rate(dn, de, dy, limits, dt_s)
         an, ae, ay = (dn * wanted - vn) / dt_s, (de * wanted - ve) / dt_s, (dy * wanted - vy) / dt_s
-        ax, ax_side = ned_to_body(an, ae, y)
-        excess = max(abs(ax) / limits.acc_surge, abs(ax_side) / limits.acc_sway, abs(ay) / limits.braking_radps2(vy))
-        if excess > 1.0:
-            an, ae, ay = an / excess, ae / excess, ay / excess
+        an, ae, ay = self._limited((an, ae, ay), limits)
         half = 0.5 * dt_s * dt_s
         self.pose = (n + vn * dt_s + an * half, e + ve * dt_s + ae * half, y + vy * dt_s + ay * half)
         self.velocity = (vn + an * dt_s, ve + ae * dt_s, vy + ay * dt_s)
@@ -121,6 +139,18 @@ class _Core:
             self.pose = self.target
             self.velocity = (0.0, 0.0, 0.0)
             self.resting = True
+
+    def _limited(self, wanted: tuple[float, float, float], limits: Limits) -> tuple[float, float, float]:
+        """The acceleration (north, east, yaw) within the limits, all axes in step. A boat that turns or slides faster
+        than the reference ever does brakes each axis by itself: in step its turn would go on for as long as its way."""
+        (vn, ve, vy), yaw = self.velocity, self.pose[2]
+        slide = ned_to_body(vn, ve, yaw)[1]
+        ax, ay = ned_to_body(wanted[0], wanted[1], yaw)
+        most = (limits.acc_surge, limits.braking_mps2(slide), limits.braking_radps2(vy))
+        excess = [max(1.0, abs(a) / limit) for a, limit in zip((ax, ay, wanted[2]), most, strict=True)]
+        if abs(vy) <= limits.turn and abs(slide) <= limits.slide:
+            excess = [max(excess)] * 3
+        return (*body_to_ned(ax / excess[0], ay / excess[1], yaw), wanted[2] / excess[2])
 
     def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
         """Share of the remaining way to cover per second: as fast as the limits allow and a stop at the target permits.

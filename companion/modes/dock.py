@@ -68,6 +68,14 @@ class DockMode(Mode):
         """Whether the boat pushes against the berth."""
         return self._docking.alongside
 
+    def stuck_s(self, now_s: float) -> float | None:
+        """Seconds without headway to the berth; None if unknown."""
+        return self._docking.stuck_s(now_s)
+
+    def excuse(self) -> None:
+        """Restart the headway watch."""
+        self._docking.excuse()
+
     def check(self, inputs: ModeInputs) -> str | None:
         """Refuse without a berth, or if the boat cannot dock at it now."""
         berth = self._choice.find(inputs.nav)

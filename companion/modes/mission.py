@@ -206,7 +206,7 @@ class MissionMode(Mode):
 
     def stuck_s(self, now_s: float) -> float | None:
         """Seconds without headway on the present task; None if unknown."""
-        return self._headway.stuck_s(now_s)
+        return self._docking.stuck_s(now_s) if self._at_berth else self._headway.stuck_s(now_s)
 
     def way_ahead(self) -> Sequence[tuple[float, float]]:
         """The path, circle or line of the present task."""
@@ -262,6 +262,7 @@ class MissionMode(Mode):
     def excuse(self) -> None:
         """Restart the headway watch."""
         self._headway.reset()
+        self._docking.excuse()
 
     def take_actions(self) -> tuple[Action, ...]:
         """Return the actions for the supervisor to perform, each only once."""

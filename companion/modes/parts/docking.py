@@ -23,6 +23,7 @@ from companion.core.setpoint import Point, PoseSetpoint, Progress, Setpoint, des
 from companion.fence.guard import FenceGuard
 from companion.modes.parts.alongside import Alongside, pushing_n
 from companion.modes.parts.berth import Berth
+from companion.modes.parts.headway import Headway
 from companion.params.store import Parameters
 from companion.positioning.consequence import most_n
 from companion.positioning.hold_point import HoldPoint
@@ -80,6 +81,7 @@ class Docking:
         self._parameters = parameters
         self._events = events
         self._hold_point = HoldPoint(config, parameters, fence)
+        self._headway = Headway("Dock", events)
         self._berth = Berth(0.0, 0.0, 0.0, (0.0, -1.0), 0.0, 0.0)
         self._motion = Alongside()
         self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
@@ -106,6 +108,14 @@ class Docking:
     def docked(self) -> bool:
         """Whether the boat has pushed against the berth for long enough to count as docked."""
         return self._phase is DockingPhase.PUSH and self._good_s is not None
+
+    def stuck_s(self, now_s: float) -> float | None:
+        """Seconds without headway on the way to the standoff point; None if unknown."""
+        return self._headway.stuck_s(now_s)
+
+    def excuse(self) -> None:
+        """Restart the headway watch."""
+        self._headway.reset()
 
     def refusal(self, berth: Berth, inputs: ModeInputs) -> str | None:
         """Return why the boat cannot dock at the berth now, or None. Changes nothing."""
@@ -146,9 +156,10 @@ class Docking:
         standoff, turning = berth.pose(berth.standoff_m), self._turning_pose()
         far_m = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m)
         self._far = far_m > self._parameters["DP_TRANSIT_DIST"]
-        if self._far:
+        self._headway.reset()
+        if self._far and self._may_go(nav, turning, standoff):
             self._way = [turning, standoff]
-        elif self._would_swing_into(berth, nav):
+        elif not self._far and self._would_swing_into(berth, nav):
             self._way = [(*turning[:2], nav.yaw_rad), turning, standoff]
         else:
             self._way = [standoff]
@@ -175,8 +186,12 @@ class Docking:
         room_m = min(berth.place(nav.north_m, nav.east_m)[0], berth.standoff_m) + berth.reach_m
         if max(reaches_m) <= reaches_m[-1] + _SWEEP_TOLERANCE_M or max(reaches_m) + _SWING_ROOM_M <= room_m:
             return False
-        out = [(nav.north_m, nav.east_m), self._turning_pose()[:2]]
-        return self._fence is None or self._fence.allows_berth(out)
+        return self._may_go(nav, self._turning_pose())
+
+    def _may_go(self, nav: NavState, *poses: tuple[float, float, float]) -> bool:
+        """Whether the fence lets the boat go from pose to pose."""
+        line = [(nav.north_m, nav.east_m), *(pose[:2] for pose in poses)]
+        return self._fence is None or self._fence.allows_berth(line)
 
     def _reach_m(self, berth: Berth, turned_rad: float) -> float:
         """How far a hull turned from the berth's heading reaches from its middle towards the face."""
@@ -211,10 +226,17 @@ class Docking:
 
     def _go_on(self, inputs: ModeInputs, fresh: bool) -> None:
         north_m, east_m, yaw_rad = self._way.pop(0)
+        self._headway.rebase()
         self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh, sideways=not self._far)
 
-    def _go(self, inputs: ModeInputs) -> Setpoint:
+    def _on_way(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._hold_point.way_m is not None:
+            self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
+        return setpoint
+
+    def _go(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._on_way(inputs)
         if self._hold_point.arrived:
             if self._way:
                 self._go_on(inputs, fresh=False)
@@ -323,7 +345,7 @@ class Docking:
             self._come_alongside(inputs, fresh=True)
 
     def _clear(self, inputs: ModeInputs) -> Setpoint:
-        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        setpoint = self._on_way(inputs)
         if self._clearing and self._hold_point.arrived:
             self._clearing = False
             self._events.say(
@@ -380,7 +402,9 @@ class Docking:
         going = self._phase is DockingPhase.GO
         self._enter(DockingPhase.ABORTED, inputs.now_s, f"Docking given up: {reason}", TextKind.ATTENTION)
         self._clearing = True
-        clear = self._turning_pose() if going else self._berth.pose(self._berth.standoff_m)
+        turning, standoff = self._turning_pose(), self._berth.pose(self._berth.standoff_m)
+        clear = turning if going and self._may_go(inputs.nav, turning) else standoff
+        self._headway.rebase()
         self._hold_point.go_to(inputs.nav, *clear, None)
 
     def _turning_pose(self) -> tuple[float, float, float]:

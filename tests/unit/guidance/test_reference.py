@@ -167,3 +167,12 @@ def test_a_boat_that_spins_is_not_led_half_a_turn_on(generator: ReferenceGenerat
     generator.retarget(0.0, 0.0, 0.0)
     points = run(generator)
     assert max(pose(point)[2] for point in points) < 0.4 + math.radians(30.0)
+
+
+def test_a_boat_that_spins_and_slides_is_not_led_round(generator: ReferenceGenerator) -> None:
+    """ÅBOAT out of a hard turn by stick: its slide was braked gently, and its turn in step with that, once round."""
+    generator.start(0.0, 0.0, 0.0, 1.2, -0.8, 0.76)
+    generator.retarget(1.0, 0.0, 0.0)
+    points = [pose(point) for point in run(generator)]
+    assert max(abs(yaw_rad) for _, _, yaw_rad in points) < math.radians(120.0)
+    assert max(math.hypot(north_m, east_m) for north_m, east_m, _ in points) < 5.0
