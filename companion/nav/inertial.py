@@ -181,7 +181,7 @@ class InertialSolution:
         self.t_s = imu.t_s
         self._smooth(rates, dt)
         if not self.running:
-            self.levelling.update(imu.t_s, force, rates[2] - self.filter.gyro_bias[2])
+            self.levelling.update(imu.t_s, force, relative(rates, self.filter.gyro_bias))
             return
         self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
