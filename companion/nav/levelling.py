@@ -45,8 +45,8 @@ def unfelt_tilt_rad(surge_mps: float, turn_radps: float) -> float:
 
 
 class Levelling:
-    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s. The gyro carries the
-    mean along: a boat that rolls is elsewhere now.
+    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s. The gyro carries
+    the mean along: a boat that rolls is elsewhere now.
 
     Remembers the means of force and rate of turn, and since when samples have come without a gap.
     """
