@@ -2,10 +2,10 @@
 
 The filter learns the biases of one unit. Another one has others, so that a plain switch would turn and tilt the
 estimate by their difference for a minute. So each unit has an offset, its mean difference from what the filter gets,
-and the filter gets samples less that. Units that sit apart from each other feel other forces in a turn: what the turn
-makes of their places, steady or beginning, is no offset. Of three units or more it gets the median of each axis: one that lies has no part
-in it, from its first sample on, before anything has found that it lies (`integrity/imu_apart.py`). Of two, neither
-knows which is right: the filter gets the one in use.
+and the filter gets samples less that. Units that sit apart from each other feel other forces in a turn, at its begin
+and when the boat rolls: what these make of their places is no offset. Of three units or more it gets the median of each
+axis: one that lies has no part in it, from its first sample on, before anything has found that it lies
+(`integrity/imu_apart.py`). Of two, neither knows which is right: the filter gets the one in use.
 
 ArduPilot and PX4 run a whole filter for each unit instead, and choose the one with the smaller innovations. That costs
 a filter a unit, and notices a lie only by what it has done to one of them.
@@ -51,8 +51,8 @@ class _Unit:
 
 
 class InertialUnits:
-    """Call `take` for each sample of each unit that is trusted. Remembers the units, what the filter got last, as of the
-    boat's origin, and the angular acceleration by that."""
+    """Call `take` for each sample of each unit that is trusted. Remembers the units, what the filter got last, as of
+    the boat's origin, and the angular acceleration by that."""
 
     def __init__(self, levers_m: Mapping[str, Vector] | None = None) -> None:
         """`levers_m`: from the boat's origin to each unit; None: they sit at one place."""

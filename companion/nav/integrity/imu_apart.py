@@ -32,8 +32,8 @@ _FEWEST = 3
 
 @dataclass(slots=True)
 class _Mean:
-    """Of one sensor: low-passed samples, until when, where it sits, the angular acceleration (rad/s², low-passed alike),
-    since when one axis is apart."""
+    """Of one sensor: low-passed samples, until when, where it sits, the angular acceleration (low-passed alike), since
+    when one axis is apart."""
 
     t_s: float
     values: list[float]
