@@ -101,7 +101,9 @@ class Estimator:
         self._pairs = antenna_pairs(config.sensors)
         self._sternway = Sternway()
         self._side = SideReadings(timeouts_s, self._witness)
-        self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
+        self._here: tuple[float, float] | None = (
+            None  # latitude and longitude by the last estimate that a boat can sail
+        )
 
     @property
     def inertial(self) -> InertialSolution | None:
@@ -481,7 +483,10 @@ class Estimator:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
         if self._solutions.pose.started:
-            self._here = lat, lon
+            self._here = self._here if self._model.is_impossible(motion) else (lat, lon)
+        elif self._here is not None:  # an estimate that begins anew: where the boat was last
+            lat, lon = self._here
+            north, east = self.frame.to_ned(lat, lon)
         surge, sway = ned_to_body(vn, ve, yaw)
         validity, pose = self._validity, self._solutions.pose
         position_sigma_m, yaw_sigma_rad = validity.position_sigma_m(motion), validity.yaw_sigma_rad(motion)
