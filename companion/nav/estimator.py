@@ -101,9 +101,7 @@ class Estimator:
         self._pairs = antenna_pairs(config.sensors)
         self._sternway = Sternway()
         self._side = SideReadings(timeouts_s, self._witness)
-        self._here: tuple[float, float] | None = (
-            None  # latitude and longitude by the last estimate that a boat can sail
-        )
+        self._here: tuple[float, float] | None = None  # latitude and longitude by the last possible estimate
 
     @property
     def inertial(self) -> InertialSolution | None:
