@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
-from companion.nav.levelling import averaged, tilt_by, unfelt_tilt_rad
+from companion.nav.levelling import averaged, swung, tilt_by, unfelt_tilt_rad
 from companion.nav.lever_arms import (
     ZERO,
     Matrix,
@@ -29,16 +29,17 @@ from companion.nav.lever_arms import (
     exponential,
     multiply,
     quaternion_of,
+    relative,
     rotate,
     rotation,
     turned,
     velocity_ned,
 )
 
-_LONGEST_STEP_S = 0.1
 _SPEED_AGE_S = 2.0  # how long a speed over ground counts for the start
 _GAP_S = 0.5  # after a longer gap the turn in between is unknown: start again, keeping bias and correction
 _LEVELLING_S = 1.0
+_LEVELLING_MOST_S = 5.0  # of the mean force: over a longer time the gyro's bias carries it away
 _TILT_SIGMA_RAD, _YAW_SIGMA_RAD = math.radians(5.0), math.radians(10.0)
 _WINDOW_S, _LONGEST_WINDOW_S = 0.45, 1.5  # between two velocities that are compared
 _VELOCITY_FLOOR_MPS = 0.06  # whatever accuracy the receiver claims: it filters, and its velocities lag
@@ -142,9 +143,8 @@ class Ahrs:
             self.running = False
         if not self.running:
             self._last_rates = rates
-            self._level(t_s, dt, force, rates[2])
+            self._level(t_s, dt, force, rates)
             return
-        dt = min(dt, _LONGEST_STEP_S)
         bx, by, bz = self.gyro_bias
         lp, lq, lr = self._last_rates
         p, q, r = 0.5 * (rates[0] + lp) - bx, 0.5 * (rates[1] + lq) - by, 0.5 * (rates[2] + lr) - bz
@@ -165,13 +165,14 @@ class Ahrs:
             if self._sum_s >= _GRAVITY_PERIOD_S:
                 self._fuse_gravity()
 
-    def _level(self, t_s: float, dt: float, force: Vector, turn_radps: float) -> None:
-        """Average the specific force and the rate of turn before the start."""
-        if not dt <= _LONGEST_STEP_S:
-            self._since_s, self._mean, self._mean_turn_radps = t_s, force, turn_radps
-        share = 1.0 / (1.0 + max(t_s - self._since_s, 0.0) / max(min(dt, _LONGEST_STEP_S), 1e-3))
-        self._mean = averaged(self._mean, force, share)
-        self._mean_turn_radps += share * (turn_radps - self._mean_turn_radps)
+    def _level(self, t_s: float, dt: float, force: Vector, rates: Vector) -> None:
+        """Average the specific force, in the axes of now, and the rate of turn before the start."""
+        if dt > _GAP_S:
+            self._since_s, self._mean, self._mean_turn_radps, dt = t_s, force, rates[2], 0.0
+        passed_s = min(max(t_s - self._since_s, 0.0), _LEVELLING_MOST_S)
+        share = 1.0 / (1.0 + passed_s / max(dt, 1e-3))
+        self._mean = averaged(swung(self._mean, relative(rates, self.gyro_bias), dt), force, share)
+        self._mean_turn_radps += share * (rates[2] - self._mean_turn_radps)
 
     def _propagate(self, dt: float) -> None:
         """P ← F P Fᵀ + Q with F = [[1, −R dt], [0, 1]], block by block: B′ = B − R C dt, A′ = A − R dt Bᵀ − B′ (R

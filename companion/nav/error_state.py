@@ -52,6 +52,7 @@ _LARGE_TURN_RAD = 1e-3  # of an injected error: a smaller one changes no varianc
 _MEAN_S = 0.15  # of the acceleration that late velocities lack: half of a long latency
 _LATE_WALK_S_RTS = 5e-4  # s/√s: 4 ms in a minute, since no latency is quite constant
 _TELLS_MPS, _TELLS_MPS2 = 0.1, 0.05  # a latency shows in no less: below, the estimate's own noise seems to tell it
+_UNSURE_SAMPLES = 300.0  # of a receiver that may be late without a state for it: a constant error of all of them
 _STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
@@ -122,8 +123,9 @@ class ErrorStateFilter:
 
     The reference point is the IMU; arguments are SI, NED or body as named. A sample is the mean of the step that it
     ends, as sensors with coning and sculling compensation give it: force and rates of one sample belong together.
-    Measurements of positions and headings are off by `wander` and `heading_wander`; positions, velocities and, where
-    `heading_late`, headings are later than their times by `late_s`. Remembers the nominal state and the covariance.
+    Measurements of positions and headings are off by `wander` and `heading_wander`. Positions and velocities where
+    `late`, headings where `heading_late`, are later than their times by `late_s`: those of the receiver in use. Another
+    receiver may be late, too, by a sigma of `unsure_s`. Remembers the nominal state and the covariance.
     """
 
     def __init__(self, gravity_mps2: float, noise: FilterNoise | None = None) -> None:
@@ -140,7 +142,8 @@ class ErrorStateFilter:
         self.wander: Pair = (0.0, 0.0)  # m, north and east
         self.heading_wander = 0.0  # rad
         self.late_s = 0.0
-        self.heading_late = False
+        self.late, self.heading_late = True, False
+        self.unsure_s = 0.0
         self.gaining: Pair = (0.0, 0.0)  # m/s², north and east: the mean of the last moment's acceleration
         self._late_sigma_s = 0.0
         self._wander, self._heading_wander = Wander(0.0, 1.0), Wander(0.0, 1.0)
@@ -195,6 +198,11 @@ class ErrorStateFilter:
         """The latency has changed, or something else has been taken for it: it is that one, of that sigma."""
         self.late_s = late_s
         self._forget((_L,), sigma_s * sigma_s)
+
+    @property
+    def measured_late_s(self) -> float:
+        """By how much the position or velocity that comes next is later than its time."""
+        return self.late_s if self.late else 0.0
 
     def late_sigma_s(self) -> float:
         """One sigma of how late the receiver in use is beyond its times."""
@@ -262,7 +270,8 @@ class ErrorStateFilter:
         self._forget((_W, _W + 1), self._wander.sigma**2)
         off = np.zeros((2, SIZE))
         off[0, _W] = off[1, _W + 1] = 1.0
-        off[0, _L], off[1, _L] = -self.velocity[0], -self.velocity[1]
+        if self.late:
+            off[0, _L], off[1, _L] = -self.velocity[0], -self.velocity[1]
         off[0, _TH : _TH + 3], off[1, _TH : _TH + 3] = (0.0, arm[2], -arm[1]), (-arm[2], 0.0, arm[0])
         self._restart((_P, _P + 1), off, variance)
 
@@ -391,15 +400,16 @@ class ErrorStateFilter:
         arm = rotate(self.rotation, lever_m)
         vn, ve, _ = self.velocity
         turn = rotate(self.rotation, cross(self.rates, lever_m))
-        vn, ve, (gn, ge), late_s = vn + turn[0], ve + turn[1], self.gaining, self.late_s
+        vn, ve, (gn, ge), late_s = vn + turn[0], ve + turn[1], self.gaining, self.measured_late_s
         mean_s = late_s + 0.5 * lag_s
         lag_s += late_s
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 1.0
         h[_V] = h[SIZE + _V + 1] = -lag_s
-        tells = math.hypot(vn, ve) > _TELLS_MPS
+        tells = self.late and math.hypot(vn, ve) > _TELLS_MPS
         h[_L], h[SIZE + _L] = (mean_s * gn - vn, mean_s * ge - ve) if tells else (0.0, 0.0)
         self._set_arm(h, arm)
+        variance += _UNSURE_SAMPLES * self.unsure_s**2 * (vn * vn + ve * ve)
         y1 = north_m - (self.position[0] - lag_s * (vn - 0.5 * late_s * gn) + arm[0]) - self.wander[0]
         y2 = east_m - (self.position[1] - lag_s * (ve - 0.5 * late_s * ge) + arm[1]) - self.wander[1]
         return self._pair_innovation(y1, y2, variance)
@@ -408,12 +418,15 @@ class ErrorStateFilter:
         self, north_mps: float, east_mps: float, lever_m: Vector, variance: float, late: bool = True
     ) -> Innovation:
         """Innovation of a measured velocity of the point `lever_m` (body) from the IMU; `variance` in (m/s)² on each
-        axis. `late`: it is of the receiver in use."""
+        axis. `late`: it is of a receiver."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 0.0
         h[_V] = h[SIZE + _V + 1] = 1.0
         gn, ge = self.gaining
+        if late:
+            variance += _UNSURE_SAMPLES * self.unsure_s**2 * (gn * gn + ge * ge)
+        late = late and self.late
         late_s = self.late_s if late else 0.0
         h[_L], h[SIZE + _L] = (-gn, -ge) if late and math.hypot(gn, ge) > _TELLS_MPS2 else (0.0, 0.0)
         self._set_arm(h, arm)
@@ -538,7 +551,7 @@ class ErrorStateFilter:
     ) -> None:
         """Restart the position at a measured one (m, `variance` m², to which comes its wander); the velocity stays,
         with `velocity_variance` added."""
-        arm, late_s = rotate(self.rotation, lever_m), self.late_s
+        arm, late_s = rotate(self.rotation, lever_m), self.measured_late_s
         turn = rotate(self.rotation, cross(self.rates, lever_m))
         vn = self.velocity[0] + turn[0] - 0.5 * late_s * self.gaining[0]
         ve = self.velocity[1] + turn[1] - 0.5 * late_s * self.gaining[1]
@@ -549,7 +562,7 @@ class ErrorStateFilter:
     def reset_velocity(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> None:
         """Restart the velocity at a measured one (m/s, `variance` (m/s)²)."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
-        gn, ge = self.late_s * self.gaining[0], self.late_s * self.gaining[1]
+        gn, ge = self.measured_late_s * self.gaining[0], self.measured_late_s * self.gaining[1]
         self.velocity = (north_mps + gn - arm[0], east_mps + ge - arm[1], self.velocity[2])
         self._forget((_V, _V + 1), variance)
 

@@ -101,7 +101,7 @@ class Estimator:
         self._pairs = antenna_pairs(config.sensors)
         self._sternway = Sternway()
         self._side = SideReadings(timeouts_s, self._witness)
-        self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
+        self._here: tuple[float, float] | None = None  # latitude and longitude by the last possible estimate
 
     @property
     def inertial(self) -> InertialSolution | None:
@@ -307,8 +307,17 @@ class Estimator:
         if inertial is not None and inertial.running and horizon_s - inertial.t_s > _IMU_TIMEOUT_S:
             self._solutions.leave_inertial(inertial.t_s)
 
+    def _measured_by(self, source: str) -> None:
+        """A position or velocity of that receiver comes next. What the filter knows of how late the receiver in use is
+        says nothing of another one, of which only its row tells."""
+        if self._solutions.inertial is not None:
+            filter_, used = self._solutions.inertial.filter, self._fixes.source in (None, source)
+            filter_.late, filter_.unsure_s = used, 0.0 if used else self._accuracies.latency_s(source)
+
     def _take_fix(self, fix: GnssFix) -> None:
+        self._measured_by(fix.source)
         judged = self._fixes.judge(fix)
+        self._measured_by(fix.source)  # it may have taken over
         if judged.good and self._pairs:
             self._pair_heading(judged)
         self._fixes.fuse(judged, self._noisier)
@@ -333,6 +342,7 @@ class Estimator:
         return _BY_MOTION_FACTOR if self._headings.by_motion else 1.0
 
     def _take_velocity(self, velocity: GroundVelocity) -> None:
+        self._measured_by(velocity.source)
         lever, rule = self._levers.get(velocity.source, ZERO), None
         fix = None if self._fixes.newest is None else self._fixes.kinds.get(velocity.source, self._fixes.newest.fix)
         sigma_mps = self._accuracies.velocity_mps(velocity, fix)
@@ -481,7 +491,10 @@ class Estimator:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
         if self._solutions.pose.started:
-            self._here = lat, lon
+            self._here = self._here if self._model.is_impossible(motion) else (lat, lon)
+        elif self._here is not None:  # an estimate that begins anew: where the boat was last
+            lat, lon = self._here
+            north, east = self.frame.to_ned(lat, lon)
         surge, sway = ned_to_body(vn, ve, yaw)
         validity, pose = self._validity, self._solutions.pose
         position_sigma_m, yaw_sigma_rad = validity.position_sigma_m(motion), validity.yaw_sigma_rad(motion)

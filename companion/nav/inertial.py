@@ -181,7 +181,7 @@ class InertialSolution:
         self.t_s = imu.t_s
         self._smooth(rates, dt)
         if not self.running:
-            self.levelling.update(imu.t_s, force, rates[2] - self.filter.gyro_bias[2])
+            self.levelling.update(imu.t_s, force, relative(rates, self.filter.gyro_bias))
             return
         self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
@@ -240,10 +240,10 @@ class InertialSolution:
         arm = rotate(filter_.rotation, self._imu_lever_m)
         swing = velocity_ned(filter_.rotation, filter_.rates, self._imu_lever_m)
         north, east = filter_.velocity[0] - swing[0], filter_.velocity[1] - swing[1]
-        late_s, (gn, ge) = filter_.late_s, filter_.gaining
+        late_s, (gn, ge) = filter_.measured_late_s, filter_.gaining
+        turned_s = ahead_s - filter_.late_s if filter_.heading_late else ahead_s
         ahead_s -= late_s
         yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
-        turned_s = ahead_s if filter_.heading_late else ahead_s + late_s
         return Place(
             filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north,
             filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east,

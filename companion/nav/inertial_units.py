@@ -2,10 +2,10 @@
 
 The filter learns the biases of one unit. Another one has others, so that a plain switch would turn and tilt the
 estimate by their difference for a minute. So each unit has an offset, its mean difference from what the filter gets,
-and the filter gets samples less that. Units that sit apart from each other feel other forces in a turn: what the turn
-makes of their places is no offset. Of three units or more it gets the median of each axis: one that lies has no part
-in it, from its first sample on, before anything has found that it lies (`integrity/imu_apart.py`). Of two, neither
-knows which is right: the filter gets the one in use.
+and the filter gets samples less that. Units that sit apart from each other feel other forces in a turn, at its begin
+and when the boat rolls: what these make of their places is no offset. Of three units or more it gets the median of each
+axis: one that lies has no part in it, from its first sample on, before anything has found that it lies
+(`integrity/imu_apart.py`). Of two, neither knows which is right: the filter gets the one in use.
 
 ArduPilot and PX4 run a whole filter for each unit instead, and choose the one with the smaller innovations. That costs
 a filter a unit, and notices a lie only by what it has done to one of them.
@@ -21,13 +21,14 @@ from statistics import median
 from companion.config.devices import SensorConfig
 from companion.config.sensors import is_inertial
 from companion.core.readings import Imu
-from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2, lever_arms, relative
+from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2, cross, lever_arms, relative
 
 _MEAN_S = 30.0  # over which an offset is averaged
 _KNOWN_S = 5.0  # from when on it counts
 _FRESH_S = 0.03  # age of a sample up to which it votes
 _GAP_S = 0.5  # after a longer silence a unit begins anew
 _VOTED_S = 1.0
+_ANGULAR_S = 0.05  # over which the gyros' rates are compared for the angular acceleration
 _SILENT_SAMPLES, _LEAST_SILENCE_S = 5.0, 0.05  # after which another unit takes over
 
 Six = tuple[float, ...]
@@ -50,8 +51,8 @@ class _Unit:
 
 
 class InertialUnits:
-    """Call `take` for each sample of each unit that is trusted. Remembers the units, and what the filter got last, as
-    of the boat's origin."""
+    """Call `take` for each sample of each unit that is trusted. Remembers the units, what the filter got last, as of
+    the boat's origin, and the angular acceleration by that."""
 
     def __init__(self, levers_m: Mapping[str, Vector] | None = None) -> None:
         """`levers_m`: from the boat's origin to each unit; None: they sit at one place."""
@@ -59,6 +60,8 @@ class InertialUnits:
         self._units: dict[str, _Unit] = {}
         self._given: tuple[float, Six] | None = None
         self._voted_s = -math.inf
+        self._mean_radps: Vector = ZERO
+        self._angular_radps2: Vector = ZERO
 
     def drop(self, source: str) -> None:
         """A unit that is not trusted, or has been calibrated anew, begins again."""
@@ -74,15 +77,16 @@ class InertialUnits:
         if unit is None or imu.t_s - unit.t_s > _GAP_S:
             kept = _ZERO if unit is None else unit.offset
             unit = self._units[imu.source] = _Unit(imu.t_s, imu.t_s, values, kept, bound=not self._runs(imu.t_s))
-        dt_s, lever_m = imu.t_s - unit.t_s, self._levers_m.get(imu.source, ZERO)
-        unit.t_s, unit.values = imu.t_s, _moved(values, relative(_rates(values), _rates(unit.offset)), lever_m, -1.0)
+        dt_s, lever_m, angular = imu.t_s - unit.t_s, self._levers_m.get(imu.source, ZERO), self._angular_radps2
+        rates = relative(_rates(values), _rates(unit.offset))
+        unit.t_s, unit.values = imu.t_s, _moved(values, rates, angular, lever_m, -1.0)
         if used:
-            self._given = imu.t_s, self._vote(unit)
+            self._give(imu.t_s, self._vote(unit))
         self._align(unit, dt_s)
         if not used or self._given is None:
             return imu
         given = self._given[1]
-        x, y, z, p, q, r = _moved(given, _rates(given), lever_m, 1.0)
+        x, y, z, p, q, r = _moved(given, _rates(given), angular, lever_m, 1.0)
         return replace(imu, x_mps2=x, y_mps2=y, z_mps2=z, roll_rate_radps=p, pitch_rate_radps=q, yaw_rate_radps=r)
 
     def aligned(self, imu: Imu) -> Imu:
@@ -92,6 +96,20 @@ class InertialUnits:
             return imu
         x, y, z, p, q, r = (value - off for value, off in zip(_values(imu), unit.offset, strict=True))
         return replace(imu, x_mps2=x, y_mps2=y, z_mps2=z, roll_rate_radps=p, pitch_rate_radps=q, yaw_rate_radps=r)
+
+    def _give(self, t_s: float, given: Six) -> None:
+        """The filter gets that. The angular acceleration is the slope of its rates."""
+        rates, before = _rates(given), self._given
+        self._given = t_s, given
+        dt_s = math.inf if before is None else t_s - before[0]
+        if not 0.0 < dt_s <= _GAP_S:
+            self._mean_radps, self._angular_radps2 = rates, ZERO
+            return
+        (x, y, z), share = relative(rates, self._mean_radps), dt_s / (_ANGULAR_S + dt_s)
+        p, q, r = self._mean_radps
+        self._mean_radps = p + share * x, q + share * y, r + share * z
+        time_s = _ANGULAR_S + dt_s
+        self._angular_radps2 = x / time_s, y / time_s, z / time_s
 
     def _runs(self, t_s: float) -> bool:
         """Whether the filter gets samples that a unit can be compared with."""
@@ -143,13 +161,12 @@ def _rates(values: Six) -> Vector:
     return values[3], values[4], values[5]
 
 
-def _moved(values: Six, rates: Vector, lever_m: Vector, sign: float) -> Six:
-    """The sample by a sensor `lever_m` further away (sign 1), or nearer (-1): f ± ω × (ω × l). Angular acceleration is
-    left out: it has no mean."""
+def _moved(values: Six, rates: Vector, angular_radps2: Vector, lever_m: Vector, sign: float) -> Six:
+    """The sample by a sensor `lever_m` further away (sign 1), or nearer (-1): f ± (ω × (ω × l) + α × l)."""
     if lever_m == ZERO:
         return values
-    x, y, z = centripetal_mps2(rates, lever_m)
-    return values[0] + sign * x, values[1] + sign * y, values[2] + sign * z, *values[3:]
+    (x, y, z), (ax, ay, az) = centripetal_mps2(rates, lever_m), cross(angular_radps2, lever_m)
+    return values[0] + sign * (x + ax), values[1] + sign * (y + ay), values[2] + sign * (z + az), *values[3:]
 
 
 def _values(imu: Imu) -> Six:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.nav.lever_arms import Vector
+from companion.nav.lever_arms import ZERO, Vector
 
 TILT_SIGMA_RAD = math.radians(2.0)  # at rest
 _AT_REST_MPS, _UNDER_WAY_MPS = 0.5, 2.0  # up to the first speed the tilt is as good as at rest, from the second on not
@@ -19,6 +19,13 @@ def averaged(mean: Vector, force: Vector, share: float) -> Vector:
         mean[1] + share * (force[1] - mean[1]),
         mean[2] + share * (force[2] - mean[2]),
     )
+
+
+def swung(mean: Vector, rates_radps: Vector, dt_s: float) -> Vector:
+    """A mean force in the axes of a boat that has rolled and pitched for `dt_s` since: −(ω × f) dt. Its turn is left
+    out, since what that adds to the force turns with the boat."""
+    (x, y, z), (p, q, _) = mean, rates_radps
+    return x - dt_s * q * z, y + dt_s * p * z, z + dt_s * (q * x - p * y)
 
 
 def tilt_by(force: Vector, sideways_mps2: float = 0.0) -> tuple[float, float]:
@@ -38,7 +45,8 @@ def unfelt_tilt_rad(surge_mps: float, turn_radps: float) -> float:
 
 
 class Levelling:
-    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s.
+    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s. The gyro carries
+    the mean along: a boat that rolls is elsewhere now.
 
     Remembers the means of force and rate of turn, and since when samples have come without a gap.
     """
@@ -51,14 +59,16 @@ class Levelling:
         self._mean: Vector = (0.0, 0.0, 0.0)
         self._turn_radps = 0.0
 
-    def update(self, t_s: float, force: Vector, turn_radps: float = 0.0) -> None:
-        """Take one specific force (m/s², body axes), and the rate of turn."""
+    def update(self, t_s: float, force: Vector, rates_radps: Vector = ZERO) -> None:
+        """Take one specific force (m/s²) and the rates, in body axes."""
         if not 0.0 <= t_s - self._last_s <= self._GAP_S:
             self._since_s = t_s
-            self._mean, self._turn_radps = force, turn_radps
-        weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
-        self._mean = averaged(self._mean, force, weight)
-        self._turn_radps += weight * (turn_radps - self._turn_radps)
+            self._mean, self._turn_radps = force, rates_radps[2]
+        if t_s > self._since_s:
+            dt_s = t_s - self._last_s
+            weight = 1.0 - math.exp(-dt_s / self._TIME_S)
+            self._mean = averaged(swung(self._mean, rates_radps, dt_s), force, weight)
+            self._turn_radps += weight * (rates_radps[2] - self._turn_radps)
         self._last_s = t_s
 
     def tilt(self, surge_mps: float = 0.0) -> tuple[float, float] | None:

@@ -14,6 +14,7 @@ from companion.nav.lever_arms import Vector
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion, Offset, Place
 
+_UNKNOWN_M = 1000.0  # one sigma, before there is a position
 _TIME_S = 0.5
 _TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, in proportion to the square root of their sigma
 _TIME_LONGEST_S = 4.0
@@ -210,7 +211,7 @@ class PoseSolution:
             (self._vn * left, self._ve * left, 0.0),
             (0.0, 0.0, self._yaw_at(now_s)),
             (0.0, 0.0, self._rate * math.exp(-yaw_gap_s / _RATES_FADE_S)),
-            self._position_sigma(dt),
+            self._position_sigma(dt) if self.started else _UNKNOWN_M,
             self._sigma_mps + _ACCELERATION_MPS2 * min(dt, 10.0),
             min(self._yaw_sigma(yaw_gap_s), math.pi),
         )

@@ -21,9 +21,9 @@ from companion.nav.integrity.evidence import (
     Sense,
     sense_of_axis,
 )
-from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2
+from companion.nav.lever_arms import ZERO, Vector, centripetal_mps2, cross
 
-_LIMITS = (0.6,) * 3 + (math.radians(1.5),) * 3  # biases of calibrated units, and their places in a boat that rolls
+_LIMITS = (0.6,) * 3 + (math.radians(1.5),) * 3  # biases of calibrated units, and what their places leave
 _TIME_S = 0.5
 _LASTS_S = 0.5
 _FRESH_S = 0.3
@@ -32,11 +32,21 @@ _FEWEST = 3
 
 @dataclass(slots=True)
 class _Mean:
-    """Of one sensor: low-passed samples, until when, since when one axis is apart."""
+    """Of one sensor: low-passed samples, until when, where it sits, the angular acceleration (low-passed alike), since
+    when one axis is apart."""
 
     t_s: float
     values: list[float]
+    lever_m: Vector
+    angular_radps2: Vector = ZERO
     apart_s: float = math.inf
+
+    def at_the_origin(self, angular_radps2: Vector) -> tuple[float, ...]:
+        """The samples without what that angular acceleration adds at the sensor's place."""
+        if self.lever_m == ZERO:
+            return tuple(self.values)
+        x, y, z = cross(angular_radps2, self.lever_m)
+        return self.values[0] - x, self.values[1] - y, self.values[2] - z, *self.values[3:]
 
 
 class ImuApart(Hypothesis):
@@ -70,16 +80,21 @@ class ImuApart(Hypothesis):
     def _take(self, imu: Imu, lever_m: Vector) -> None:
         mean, values = self._means.get(imu.source), _values(imu, lever_m)
         if mean is None or imu.t_s - mean.t_s > _FRESH_S:
-            self._means[imu.source] = _Mean(imu.t_s, list(values))
+            self._means[imu.source] = _Mean(imu.t_s, list(values), lever_m)
             return
         share = min(max(imu.t_s - mean.t_s, 0.0) / _TIME_S, 1.0)
         mean.t_s = imu.t_s
+        # what a low-pass lacks is its time times the slope of what it takes, low-passed alike
+        p, q, r = ((new - old) / _TIME_S for old, new in zip(mean.values[3:], values[3:], strict=True))
+        mean.angular_radps2 = p, q, r
         mean.values = [old + share * (new - old) for old, new in zip(mean.values, values, strict=True)]
 
     def _compare(self, live: dict[str, _Mean], now_s: float) -> None:
-        middle = [median(axis) for axis in zip(*(mean.values for mean in live.values()), strict=True)]
+        p, q, r = (median(axis) for axis in zip(*(mean.angular_radps2 for mean in live.values()), strict=True))
+        felt = {name: mean.at_the_origin((p, q, r)) for name, mean in live.items()}
+        middle = [median(axis) for axis in zip(*felt.values(), strict=True)]
         for name, mean in live.items():
-            shares = [abs(v - m) / limit for v, m, limit in zip(mean.values, middle, _LIMITS, strict=True)]
+            shares = [abs(v - m) / limit for v, m, limit in zip(felt[name], middle, _LIMITS, strict=True)]
             worst = max(range(len(IMU_AXES)), key=shares.__getitem__)
             if shares[worst] < 1.0:
                 mean.apart_s = math.inf

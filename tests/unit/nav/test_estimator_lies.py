@@ -358,3 +358,22 @@ def test_an_estimate_that_no_boat_can_sail_begins_anew() -> None:
     assert state.position_valid and state.heading_valid and not state.distrusted
     assert boat.off()[0] < 0.5 and boat.off()[1] < math.radians(3.0)
     assert state.current_north_mps is None or abs(state.current_north_mps) < 1.0
+
+
+def test_meanwhile_the_boat_is_said_to_be_where_it_was() -> None:
+    """It went to the origin of the local plane on the operator's map, and came back when positions had agreed."""
+    boat = Afloat({})
+    boat.rows = [[north_by(one, 900.0) if isinstance(one, GnssFix) else one for one in row] for row in boat.rows]
+    before = boat.go(LIE_S)
+    inertial = boat.estimator.inertial
+    assert inertial is not None
+    inertial.filter.velocity = (3000.0, -2000.0, 0.0)
+    places = []
+    for k in range(1, 40):
+        state = boat.go(LIE_S + 0.1 * k)
+        places += [state] if not state.position_valid and any("anew" in text for text in boat.said) else []
+    assert len(places) > 3
+    for state in places:
+        assert state.position_accuracy_m > 100.0
+        assert math.hypot(state.north_m - before.north_m, state.east_m - before.east_m) < 5.0
+        assert (state.lat_deg, state.lon_deg) == pytest.approx((before.lat_deg, before.lon_deg), abs=1e-4)

@@ -147,6 +147,36 @@ def test_what_a_steady_turn_makes_of_a_unit_elsewhere_is_no_offset() -> None:
     assert position.max() < 0.05 and velocity.max() < 0.05
 
 
+@pytest.mark.parametrize(
+    "voyage",
+    [
+        Voyage(duration_s=36.0, seed=11, speed_mps=1.5, radius_m=2.0, rests_s=25.0),
+        Voyage(duration_s=36.0, seed=11, speed_mps=0.0, roll_rad=math.radians(15.0)),
+    ],
+    ids=["begins to turn", "rolls"],
+)
+def test_what_the_begin_of_a_turn_makes_of_units_in_line_is_no_motion(voyage: Voyage) -> None:
+    """A metre apart, and up to the mast: the median of each axis was another one's from moment to moment."""
+    levers = ((-1.0, 0.0, 0.0), (0.0, 0.0, -0.7), (1.0, 0.0, -1.4))
+    truths, draw = [sail(replace(voyage, imu_lever=lever)) for lever in levers], np.random.default_rng(5)
+    gnss, imu = config_of(replace(voyage, imu_lever=levers[0])).sensors
+    more = [replace(imu, name=f"imu{k + 1}", x_m=levers[k][0], z_m=levers[k][2]) for k in (1, 2)]
+    config = replace(config_of(voyage), sensors=(gnss, imu, *more))
+
+    def alter(k: int, row: list[Reading]) -> list[Reading]:
+        said = [reading for reading in row if not isinstance(reading, Imu)]
+        for number, there in enumerate(truths):
+            felt = [*there.force[k].tolist(), *there.rates[k].tolist()]
+            said.append(unit(Imu(float(there.t_s[k]), "imu", *felt), number, draw))
+        return said
+
+    passage = navigate(voyage, alter, config=config)
+    position, _, velocity = passage.errors(24.0)
+    tilt = [s.roll_rad - passage.truth.attitude[k, 0] for s, k in zip(passage.states, passage.rows, strict=True)]
+    assert position.max() < 0.05 and velocity.max() < 0.08
+    assert math.degrees(max(map(abs, tilt[240:]))) < 0.7
+
+
 def test_a_boat_with_one_has_nothing_to_bring_together() -> None:
     assert inertial_units(boat(1).sensors) is None and isinstance(inertial_units(boat(2).sensors), InertialUnits)
     assert silences_s(boat(1).sensors) == {row.name: row.timeout_s for row in boat(1).sensors}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -61,6 +62,25 @@ def test_one_that_sits_apart_feels_more_of_a_turn() -> None:
         ]
 
     assert Passage(ImuApart(), Boat()).go(60.0, three(spins)) == []
+
+
+@pytest.mark.parametrize("roll_deg", [10.0, 20.0, 30.0])
+def test_one_on_the_mast_feels_more_of_a_roll(roll_deg: float) -> None:
+    """A metre above the others, rolling every 3 s: at 20° it was not used any more."""
+
+    def rolls(evidence: Evidence, age_s: float) -> None:
+        evidence.levers_m = {"imu3": (0.0, 0.0, -1.0)}
+        roll, rate = math.radians(roll_deg), 2.1
+        for k, imu in enumerate(evidence.imu):
+            swing = roll * rate * math.cos(rate * imu.t_s), -roll * rate**2 * math.sin(rate * imu.t_s)
+            evidence.imu[k] = imu = replace(imu, roll_rate_radps=imu.roll_rate_radps + swing[0])
+            if imu.source == "imu3":  # α × l, and ω × (ω × l)
+                evidence.imu[k] = replace(imu, y_mps2=imu.y_mps2 + swing[1], z_mps2=imu.z_mps2 + imu.roll_rate_radps**2)
+
+    passage = Passage(ImuApart(), Boat())
+    assert passage.go(60.0, three(rolls)) == []
+    age_s, found = passage.go(5.0, three(lambda e, a: (rolls(e, a), pushed("imu3", 1.5)(e, a))[0]))[0]
+    assert found.channel == Channel(Sense.ACCELEROMETER, "imu3") and age_s < 1.5
 
 
 def test_a_knock_on_one_is_no_lie() -> None:
