@@ -20,6 +20,7 @@ from companion.clock import DrivenClock
 from companion.core.nearest import did_you_mean
 from companion.core.ports import Clock
 
+_BLOCK = 4096
 _ENDING_S = 5.0  # in which a process may end by itself
 
 
@@ -177,8 +178,8 @@ def no_ports(folder: Path, error: OSError) -> UsageError:
 
 def _try(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
+        file.write(bytes(_BLOCK))  # a full medium often still takes an empty file
 
 
 def _remedy(error: OSError) -> str:
