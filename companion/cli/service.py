@@ -124,7 +124,7 @@ WatchdogSec=3
 TimeoutStartSec=60
 Restart=always
 RestartSec=1
-# restarting does not correct a mistake in the vessel's file
+# restarting does not correct a mistake in the vessel's file; a network that comes up late ends it with 3
 RestartPreventExitStatus=2
 KillSignal=SIGTERM
 TimeoutStopSec=10
