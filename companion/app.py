@@ -470,6 +470,7 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
                 plans.replace(kind, items)
             else:
                 warn(f"Stored {kind.name.lower()} ignored: {refusal.text}")
+                state.plan_refused(kind)
     return plans
 
 
