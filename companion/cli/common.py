@@ -128,8 +128,12 @@ def is_over(clock: Clock, duration_s: float | None) -> bool:
 
 
 def boat_folder(name: str, simulated: bool = False) -> Path:
-    """The folder of a boat's logs and state in the user's home. A simulated boat has its own."""
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    """The folder of a boat's logs and state in the user's home. A simulated boat has its own. Raises UsageError for a
+    user without a home."""
+    try:
+        base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    except RuntimeError as error:
+        raise UsageError("this user has no home to keep logs and state in: set HOME, or --log and --state") from error
     return base / "usv-companion" / (f"{name}-sitl" if simulated else name)
 
 

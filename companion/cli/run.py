@@ -93,11 +93,11 @@ def _run(arguments: argparse.Namespace) -> int:
     outlive_outputs()
     interrupt = Interrupt()
     refused = realtime.before_threads() if arguments.realtime else []
-    kept = boat_folder(config.name, options.simulated)
-    logs = kept / "logs" if arguments.log is None else arguments.log
+    logs = boat_folder(config.name, options.simulated) / "logs" if arguments.log is None else arguments.log
     judge_logs(logs, options.sitl)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
-    state = StateFile(kept / "state" if arguments.state is None else arguments.state, complain)
+    kept = boat_folder(config.name, options.simulated) / "state" if arguments.state is None else arguments.state
+    state = StateFile(kept, complain)
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     private = script_links(config.scripts)
