@@ -247,6 +247,7 @@ class Surroundings:
     beside: bool = False  # write, and do long work, beside the control thread; for a boat, not for lockstep
     disk: Disk = REAL_DISK
     network: StreamOpener | None = None  # opens the ports of corrections and NMEA out; None: both are off
+    patient_log: bool = False  # a medium that is full or fails keeps the boat from nothing: its log begins later
 
 
 _ALLOCATORS: Mapping[str, type[AnyAllocator]] = {
@@ -469,6 +470,7 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
                 plans.replace(kind, items)
             else:
                 warn(f"Stored {kind.name.lower()} ignored: {refusal.text}")
+                state.plan_refused(kind)
     return plans
 
 
@@ -489,7 +491,7 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
     }
     thrusters = [thruster.name for thruster in config.thrusters]
     devices = [*(sensor.name for sensor in config.sensors), *(bridge.name for bridge in config.actuators)]
-    medium = Medium(around.durable_log, around.beside, around.disk)
+    medium = Medium(around.durable_log, around.beside, around.disk, around.patient_log)
     state = around.state
 
     def furnish(folder: Path) -> None:

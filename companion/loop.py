@@ -448,6 +448,10 @@ class NoStorage:
         """Nothing that could fail."""
         return ()
 
+    def lost(self) -> Sequence[str]:
+        """Nothing was kept."""
+        return ()
+
 
 class RealWorld:
     """The `World` of a boat: it advances by itself."""

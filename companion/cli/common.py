@@ -20,6 +20,7 @@ from companion.clock import DrivenClock
 from companion.core.nearest import did_you_mean
 from companion.core.ports import Clock
 
+_BLOCK = 4096
 _ENDING_S = 5.0  # in which a process may end by itself
 
 
@@ -127,8 +128,12 @@ def is_over(clock: Clock, duration_s: float | None) -> bool:
 
 
 def boat_folder(name: str, simulated: bool = False) -> Path:
-    """The folder of a boat's logs and state in the user's home. A simulated boat has its own."""
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    """The folder of a boat's logs and state in the user's home. A simulated boat has its own. Raises UsageError for a
+    user without a home."""
+    try:
+        base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    except RuntimeError as error:
+        raise UsageError("this user has no home to keep logs and state in: set HOME, or --log and --state") from error
     return base / "usv-companion" / (f"{name}-sitl" if simulated else name)
 
 
@@ -177,8 +182,8 @@ def no_ports(folder: Path, error: OSError) -> UsageError:
 
 def _try(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
+        file.write(bytes(_BLOCK))  # a full medium often still takes an empty file
 
 
 def _remedy(error: OSError) -> str:

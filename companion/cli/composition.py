@@ -123,6 +123,7 @@ def _compose_real(
         state=state,
         log_folder=log_folder,
         durable_log=True,
+        patient_log=True,
         beside=True,
         manifest=_manifest(options),
         defaults=options.defaults,

@@ -16,7 +16,7 @@ from companion.app import program_version
 from companion.cli.common import UsageError, complain
 from companion.config.vessel import ConfigError
 from companion.core.nearest import did_you_mean
-from companion.io.mavlink.wire.links import LinkError
+from companion.io.mavlink.wire.links import LinkError, NoAddress
 from companion.io.transport.urls import TransportError
 from companion.mission.plan_file import PlanFileError
 from companion.record.state_file import StateFileBusy
@@ -28,11 +28,13 @@ _COMMANDS = (
 )
 """Their modules, in the order of the help."""
 
+_NOT_YET = 3  # the service tries again after it, as it does not after 2
 _NOBODY_READS = 141  # as shells have it: 128 and the number of SIGPIPE
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Carry out a command. Returns its exit code: 0 success, 1 a check failed, 2 a mistake in the command or its files.
+    """Carry out a command. Returns its exit code: 0 success, 1 a check failed, 2 a mistake in the command or its files,
+    3 an address that this computer does not have, or not yet.
 
     `argv`: the arguments after the program's name; None: those of the process.
     """
@@ -52,6 +54,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     except (ConfigError, PlanFileError) as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
+    except NoAddress as error:
+        complain(str(error))
+        return _NOT_YET
     except (UsageError, LinkError, LogError, TransportError, StateFileBusy) as error:
         complain(str(error))
     except BrokenPipeError:  # who reads, as `head`, has enough: no mistake

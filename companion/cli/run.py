@@ -42,6 +42,7 @@ from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
 from companion.io.service_manager import service_manager
 from companion.loop import Punctuality, Vessel, run
+from companion.record.log_writer import medium_fails
 from companion.record.retention import Retention
 from companion.record.state_file import StateFile
 
@@ -92,11 +93,11 @@ def _run(arguments: argparse.Namespace) -> int:
     outlive_outputs()
     interrupt = Interrupt()
     refused = realtime.before_threads() if arguments.realtime else []
-    kept = boat_folder(config.name, options.simulated)
-    logs = kept / "logs" if arguments.log is None else arguments.log
-    judge_log_folder(logs)
+    logs = boat_folder(config.name, options.simulated) / "logs" if arguments.log is None else arguments.log
+    judge_logs(logs, options.sitl)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
-    state = StateFile(kept / "state" if arguments.state is None else arguments.state, complain)
+    kept = boat_folder(config.name, options.simulated) / "state" if arguments.state is None else arguments.state
+    state = StateFile(kept, complain)
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     private = script_links(config.scripts)
@@ -135,6 +136,18 @@ def _run(arguments: argparse.Namespace) -> int:
         _print_summary(summary.lines(None if options.sitl else punctuality), log_folder, ModeId.TRIAL in summary.modes)
     _restart_if_requested(vessel)
     return 0
+
+
+def judge_logs(logs: Path, sitl: bool) -> None:
+    """Make the folder of the logs. A medium that is full or fails is said, and keeps no boat ashore, nor one adrift
+    whose computer has just restarted. Raises UsageError as `judge_log_folder` for all else, and in simulation."""
+    try:
+        judge_log_folder(logs)
+    except UsageError as error:
+        cause = error.__cause__
+        if sitl or not isinstance(cause, OSError) or not medium_fails(cause):
+            raise
+        complain(f"{error}; until then the boat runs without a log")
 
 
 def _keep_trials(vessel: Vessel, vessel_file: Path, process: IdentifyProcess) -> str | None:

@@ -6,16 +6,20 @@ import argparse
 import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import companion
 from companion.app import load_vessel
-from companion.cli.common import UsageError
+from companion.cli.common import UsageError, print_warnings
 from companion.cli.realtime import CONTROL
 from companion.config.vessel import VesselConfig, find
+from companion.io.mavlink.wire.links import judge_url
 from companion.io.transport.urls import parse_url
 
 UNIT = "usv-companion.service"
@@ -94,10 +98,12 @@ def _command(vessel: str, links: list[str], log_limit_mb: int, python: str) -> s
     return " ".join(map(_quoted, parts))
 
 
-def unit(vessel: str, links: list[str], log_limit_mb: int, python: str) -> str:
-    """Text of the systemd unit. `vessel`: a bundled name or an absolute path; `python`: the interpreter to run."""
+def unit(vessel: str, links: list[str], log_limit_mb: int, python: str, reads: Sequence[Path] = ()) -> str:
+    """Text of the systemd unit. `vessel`: a bundled name or an absolute path; `python`: the interpreter to run;
+    `reads`: what else it needs, without symbolic links."""
     command = _command(vessel, links, log_limit_mb, python)
-    home = "read-only" if any(part.startswith(("/home/", "/root/")) for part in (python, vessel)) else "yes"
+    places = (python, vessel, *map(str, reads))
+    home = "read-only" if any(place.startswith(("/home/", "/root/")) for place in places) else "yes"
     return f"""[Unit]
 Description=USV companion, autopilot of {vessel}
 After=network.target
@@ -118,7 +124,7 @@ WatchdogSec=3
 TimeoutStartSec=60
 Restart=always
 RestartSec=1
-# restarting does not correct a mistake in the vessel's file
+# restarting does not correct a mistake in the vessel's file; a network that comes up late ends it with 3
 RestartPreventExitStatus=2
 KillSignal=SIGTERM
 TimeoutStopSec=10
@@ -136,6 +142,27 @@ RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK AF_CAN
 [Install]
 WantedBy=multi-user.target
 """
+
+
+def closed_to_others(files: Sequence[Path]) -> list[str]:
+    """A line for each folder on the way to `files` that other users may not enter, and for each file that they may not
+    read: homes are often so."""
+    found: dict[Path, str] = {}
+    for file in files:
+        for folder in reversed(file.parents):
+            if not _mode(folder) & stat.S_IXOTH:
+                found[folder] = f"{folder}: user {_USER} may not enter it, and the service needs to: chmod o+x {folder}"
+        if not _mode(file) & stat.S_IROTH:
+            found[file] = f"{file}: user {_USER} may not read it, and the service needs to: chmod o+r {file}"
+    return list(found.values())
+
+
+def _mode(path: Path) -> int:
+    """What may be done with it; all where it is not there."""
+    try:
+        return path.stat().st_mode
+    except OSError:
+        return 0o777
 
 
 def users() -> str:
@@ -193,7 +220,7 @@ def _install(arguments: argparse.Namespace) -> int:
     path = find(arguments.vessel)
     vessel = arguments.vessel if Path(arguments.vessel).suffix != ".toml" else str(path.resolve())
     for link in arguments.link:
-        parse_url(link)
+        judge_url(link)
     if arguments.log_limit < 1:
         raise ServiceError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
     devices: dict[str, UsbDevice] = {}
@@ -204,8 +231,9 @@ def _install(arguments: argparse.Namespace) -> int:
         devices[name] = _usb_device(where)
     rules_file = arguments.root / _RULES_FILE
     before = rules_file.read_text(encoding="utf-8") if rules_file.is_file() else ""
+    reads = [Path(sys.executable).resolve(), Path(companion.__file__).resolve(), path.resolve()]
     texts = {
-        _UNIT_FILE: unit(vessel, arguments.link, arguments.log_limit, sys.executable),
+        _UNIT_FILE: unit(vessel, arguments.link, arguments.log_limit, sys.executable, reads),
         _USER_FILE: users(),
         _RULES_FILE: rules(config, devices, before),
     }
@@ -221,6 +249,7 @@ def _install(arguments: argparse.Namespace) -> int:
             ) from error
         print(f"written: {target}")
     if arguments.root == Path("/"):
+        print_warnings(closed_to_others([Path(sys.executable), *reads]))
         _activate(start=not arguments.no_start)
     return 0
 

@@ -169,6 +169,10 @@ class Storage(Protocol):
         """Whether the state and the log are being written."""
         ...
 
+    def lost(self) -> Sequence[str]:
+        """What was kept over the restart and does not count, a line for operators each; until it is stored anew."""
+        ...
+
 
 class Worker(Protocol):
     """Carries out functions that take longer than a tick may: beside the control thread, or at once in lockstep."""

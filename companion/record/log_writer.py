@@ -27,6 +27,12 @@ _SYNC_PAUSE_S = 0.02
 _GATHER_S = 0.01  # rows of a burst that leave with one write, and wake the thread that writes them once
 _NO_FAULT = (errno.EBADF, errno.EINVAL, errno.ENOTSUP)  # closed meanwhile, or a file system that cannot sync
 _CLOSING_S = 10.0
+_FAILS = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
+
+
+def medium_fails(error: OSError) -> bool:
+    """Whether the medium is full or fails: no mistake of a person, and over some day."""
+    return error.errno in _FAILS
 
 
 class LogContent(Protocol):
@@ -45,8 +51,9 @@ class LogSet:
     """The open files of one log folder. `folder`: the present one; `number`: how many there have been; `stopped`: why
     nothing is written now, or None; `lost_bytes`: how much could not be written."""
 
-    def __init__(self, folder: Path, content: LogContent, disk: Disk = REAL_DISK) -> None:
-        """Raises OSError when the folder cannot be written, which is an error at start."""
+    def __init__(self, folder: Path, content: LogContent, disk: Disk = REAL_DISK, patient: bool = False) -> None:
+        """`patient`: where the medium is full or fails, the log begins stopped. Raises OSError when the folder cannot
+        be written for any other reason, which is an error at start."""
         self._first = folder
         self._content = content
         self._disk = disk
@@ -60,8 +67,14 @@ class LogSet:
         self.number = 0
         self.stopped: str | None = None
         self.lost_bytes = 0
-        folder.mkdir(parents=True, exist_ok=True)
-        self._begin(folder)
+        self._tried: Path | None = folder  # ours, made or to be made, and not yet begun
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._begin(folder)
+        except OSError as error:
+            if not (patient and medium_fails(error)):
+                raise
+            self._stop(error.strerror or str(error), 0.0)
 
     def put(self, rows: Mapping[str, bytes], now_s: float) -> None:
         """Append whole rows to the files of those names; lose them while the log is stopped."""
@@ -124,14 +137,19 @@ class LogSet:
         except OSError:
             self.close()
             raise
-        self.folder, self.stopped, self._sync_fault = folder, None, None
+        self.folder, self.stopped, self._sync_fault, self._tried = folder, None, None, None
         self.number += 1
 
     def _next_folder(self) -> Path:
-        """A new folder beside the first. An attempt that failed leaves its folder, and the next one uses it."""
-        folder = self._first.with_name(next_name(self._first.name, self.number + 1))
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+        """A new folder beside the first. An attempt that failed leaves its folder, and the next one uses it. Another
+        that is there is of another run: a computer that keeps no time while it is off begins many at one second."""
+        number = self.number + 1
+        while self._tried is None:
+            folder = self._first.with_name(next_name(self._first.name, number))
+            self._tried = None if folder.exists() else folder
+            number += 1
+        self._tried.mkdir(parents=True, exist_ok=True)
+        return self._tried
 
     def _stop(self, why: str, now_s: float) -> None:
         self.close()

@@ -48,11 +48,12 @@ _COUNTS_PERIOD_S = 60.0
 @dataclass(frozen=True, slots=True)
 class Medium:
     """How a log is written. `durable`: with ticks.ulg, for a log that people read later. `beside`: by threads, which
-    sync it too."""
+    sync it too. `patient`: it begins later where the medium is full or fails at the start."""
 
     durable: bool = False
     beside: bool = False
     disk: Disk = REAL_DISK
+    patient: bool = False
 
 
 LOCKSTEP = Medium()
@@ -90,7 +91,7 @@ class LogFolder:
         self._ulog = ulog.UlogEncoder(thrusters) if medium.durable else None
         self._health: dict[str, tuple[bool, str]] = {}
         self._counted_s = self._now_s = 0.0
-        files = LogSet(folder, self, medium.disk)
+        files = LogSet(folder, self, medium.disk, medium.patient)
         self._out: LogOutput = ThreadLog(files) if medium.beside else DirectLog(files)
         self._number = self._out.number
 

@@ -30,6 +30,12 @@ _PARAMETERS = "parameters.json"
 _PROGRESS = "progress.json"
 _WEAR = "wear.json"
 _PLANS = {PlanKind.MISSION: "mission.json", PlanKind.FENCE: "fence.json", PlanKind.RALLY: "rally.json"}
+_LOST = {
+    _PARAMETERS: "Parameters lost at start: the defaults count",
+    _PLANS[PlanKind.MISSION]: "Mission lost at start: upload it again",
+    _PLANS[PlanKind.FENCE]: "Fence lost at start: upload it again",
+    _PLANS[PlanKind.RALLY]: "Rally points lost at start: upload them again",
+}
 _COLUMNS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue", "current")
 _INT32 = range(-(2**31), 2**31)
 _FLOAT32 = struct.Struct("<f")
@@ -47,8 +53,9 @@ class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
     Every save returns a ticket at once. Remembers parameters of other versions, and values that this one refuses, so
-    that they are still there when that version runs again, and what it has loaded, in case somebody removes the
-    directory. `on_warning` receives problems of saving, and of the constructor; `on_good_news` that they are over.
+    that they are still there when that version runs again; what it has loaded, in case somebody removes the directory;
+    and what it could not load, until that is stored anew. `on_warning` receives problems of saving, and of the
+    constructor; `on_good_news` that they are over.
     """
 
     def __init__(
@@ -70,6 +77,7 @@ class StateFile:
         )
         self._strangers: dict[str, float] = {}
         self._loaded: dict[str, bytes] = {}
+        self._lost: dict[str, str] = {}
         self._lock_fd: int | None = None
         self._writer: Writer = DirectWriter(directory)
         try:
@@ -89,6 +97,11 @@ class StateFile:
         self._writer = writer
         for name, content in self._loaded.items():
             writer.known(name, content)
+
+    @property
+    def lost(self) -> Sequence[str]:
+        """A line for operators for each file that was stored and does not count, until it is stored anew."""
+        return tuple(self._lost.values())
 
     def tell_news(self) -> None:
         """Pass on what the writer has met with since the last call."""
@@ -145,6 +158,10 @@ class StateFile:
         warnings: list[str] = []
         plans = {kind: self._load(name, _items_of, warnings) or () for kind, name in _PLANS.items()}
         return plans, warnings
+
+    def plan_refused(self, kind: PlanKind) -> None:
+        """This version does not take the plan that was loaded; it stays in its file."""
+        self._lose(_PLANS[kind])
 
     def save_plan(self, kind: PlanKind, items: Sequence[PlanItem]) -> Ticket:
         """Store `items`, bit for bit."""
@@ -204,6 +221,7 @@ class StateFile:
         self._lock_fd = fd
 
     def _save(self, name: str, content: Callable[[], bytes], access: Access = USUAL) -> Ticket:
+        self._lost.pop(name, None)
         ticket = self._writer.submit(name, content, access)
         self.tell_news()
         return ticket
@@ -227,7 +245,12 @@ class StateFile:
         except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             reason = f"corrupt ({error})"
         warnings.append(f"{path}: {reason}; {self._set_aside(path)}")
+        self._lose(name)
         return None
+
+    def _lose(self, name: str) -> None:
+        if name in _LOST:
+            self._lost[name] = _LOST[name]
 
     @staticmethod
     def _set_aside(path: Path) -> str:

@@ -77,6 +77,10 @@ class BoatStorage:
         text = "; ".join(fault for fault in faults if fault)
         return (DeviceHealth(STORAGE, not text, None, text),)
 
+    def lost(self) -> Sequence[str]:
+        """As `Storage.lost`."""
+        return () if self._state is None else self._state.lost
+
     def record(self, tick: Tick) -> None:
         """Pass on what the writers have met with, and let them try again."""
         if self._state is not None:

@@ -162,6 +162,14 @@ def test_two_companions_side_by_side(tmp_path: Path) -> None:
             assert heard(listener, "GLOBAL_POSITION_INT")
 
 
+def test_a_link_that_waits_for_the_network_is_no_mistake(tmp_path: Path) -> None:
+    """The service did not try again: a boat whose network came up after the companion had no autopilot."""
+    for link in ("tcpin:192.0.2.1:5760", "udpin:192.0.2.1:14550", "udpin:no.such.host.invalid:14550"):
+        done = companion("run", "revolt", "--sitl", "--link", link, "--state", str(tmp_path), "--log", str(tmp_path))
+        assert done.returncode == 3 and len(done.stderr.strip().splitlines()) == 1
+        assert link in done.stderr
+
+
 def test_one_state_folder_serves_one_companion(tmp_path: Path) -> None:
     with Companion(tmp_path) as running:
         done = companion(

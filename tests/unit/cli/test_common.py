@@ -104,6 +104,30 @@ def test_a_medium_that_refuses_has_a_remedy(
         judge_log_folder(tmp_path)
 
 
+def test_a_user_without_a_home_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As in a container that runs as a number: it was a traceback, even with both folders given."""
+
+    def none() -> NoReturn:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", none)
+    monkeypatch.delenv("XDG_STATE_HOME", raising=False)
+    with pytest.raises(UsageError, match="set HOME, or --log and --state"):
+        common.boat_folder("revolt")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert common.boat_folder("revolt") == tmp_path / "usv-companion" / "revolt"
+
+
+def test_a_full_medium_that_takes_an_empty_file_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Full(io.BytesIO):
+        def write(self, data: object) -> NoReturn:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: Full())
+    with pytest.raises(UsageError, match="the medium is full"):
+        judge_log_folder(tmp_path)
+
+
 def test_seeds_from_one_to_another() -> None:
     assert common.seeds("0-7") == range(8) and common.seeds("3") == range(3, 4)
     for text in ("5-3", "x", "", "1-2-3"):

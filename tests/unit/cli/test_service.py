@@ -12,7 +12,7 @@ import pytest
 from companion.app import load_vessel
 from companion.cli import service
 from companion.cli.main import main
-from companion.cli.service import UNIT, UsbDevice, rules, unit, users
+from companion.cli.service import UNIT, UsbDevice, closed_to_others, rules, unit, users
 from tests.waiting import CAP_S
 
 
@@ -43,6 +43,29 @@ def test_the_unit_runs_the_vessel_with_a_watchdog_and_keeps_to_its_own_user() ->
 
 def test_an_installation_in_a_home_is_read_from_there() -> None:
     assert parsed(unit("revolt", [], 4000, "/home/pi/usv/.venv/bin/python"))["Service"]["ProtectHome"] == "read-only"
+
+
+def test_an_interpreter_in_a_home_behind_a_link_is_read_from_there() -> None:
+    text = unit("revolt", [], 4000, "/opt/usv/bin/python", [Path("/root/.local/share/uv/python/bin/python3.12")])
+    assert parsed(text)["Service"]["ProtectHome"] == "read-only"
+
+
+def test_a_home_that_the_service_may_not_enter_is_said(tmp_path: Path) -> None:
+    """As homes are on Debian: the service ended with 203/EXEC each second."""
+    home, file = tmp_path / "home", tmp_path / "home" / "usv" / "boat.toml"
+    file.parent.mkdir(parents=True)
+    file.touch(0o644)
+
+    def said() -> list[str]:
+        return [line for line in closed_to_others([file, file, home / "no such file"]) if line.startswith(str(home))]
+
+    home.chmod(0o755)
+    assert said() == []
+    home.chmod(0o700)
+    assert said() == [f"{home}: user usv may not enter it, and the service needs to: chmod o+x {home}"]
+    home.chmod(0o701)
+    file.chmod(0o600)
+    assert said() == [f"{file}: user usv may not read it, and the service needs to: chmod o+r {file}"]
 
 
 def test_odd_paths_are_quoted_for_systemd() -> None:
@@ -121,6 +144,8 @@ def test_install_status_and_remove_leave_nothing_behind(tmp_path: Path, capsys: 
     [
         (["revlot"], "no vessel named"),
         (["revolt", "--link", "pigeon:1"], "pigeon"),
+        (["revolt", "--link", "udpout:10.0.0.2:14550?dialect=px5"], "px5"),
+        (["revolt", "--link", "can:can0"], "CAN"),
         (["revolt", "--device", "usv-gnss"], "NAME=PATH"),
         (["revolt", "--device", "usv-gnss=/dev/null"], "no USB serial device"),
         (["revolt", "--log-limit", "0"], "at least 1 MB"),

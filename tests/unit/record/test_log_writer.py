@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import json
+import os
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -247,3 +248,43 @@ def test_people_are_told_when_it_stops_every_five_minutes_and_when_it_goes_on() 
         (800.0, TextKind.ROUTINE, "Log goes on in run-2"),
         (800.0 + REMIND_S, TextKind.ATTENTION, "Log has gaps: the medium is too slow"),
     ]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EIO])
+def test_a_medium_that_is_full_at_the_start_begins_the_log_later(number: int, tmp_path: Path) -> None:
+    disk, run = FaultyDisk(), tmp_path / "run"
+    disk.fail_with(number)
+    with pytest.raises(OSError, match=os.strerror(number)):
+        LogSet(run, Content(), disk)
+    files = LogSet(run, Content(), disk, patient=True)
+    assert files.stopped == os.strerror(number) and files.number == 0
+    files.put({"a.csv": b"1\n"}, 1.0)
+    disk.fail_with(None)
+    files.put({"a.csv": b"2\n"}, 100.0)
+    assert files.stopped is None and files.lost_bytes == 2 and files.folder == run
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
+    assert (run / "a.csv").read_text(encoding="utf-8").splitlines() == ["a", "2"]
+    files.close()
+
+
+def test_a_mistake_at_the_start_is_not_waited_for(tmp_path: Path) -> None:
+    disk = FaultyDisk()
+    disk.fail_with(errno.EACCES)
+    with pytest.raises(PermissionError):
+        LogSet(tmp_path / "run", Content(), disk, patient=True)
+
+
+def test_a_log_that_begins_anew_leaves_other_runs_of_the_same_second_alone(log: Log, tmp_path: Path) -> None:
+    """A computer without a clock begins its runs at the same second; retention may have deleted the first of them."""
+    for name in ("run-2", "run-3"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.csv").write_text("theirs\n", encoding="utf-8")
+    log.put("1", 0.0)
+    log.disk.fail_with(errno.ENOSPC)
+    for n in range(60):
+        log.put("2", 1.0 + n)
+    log.disk.fail_with(None)
+    log.put("3", 1.0 + 2.0 * MOST_RETRY_S)
+    assert log.out.folder.name == "run-4" and log.rows("run-4") == ["a", "3"]
+    assert log.rows("run-2") == log.rows("run-3") == ["theirs"]
+    log.out.close()

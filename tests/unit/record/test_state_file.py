@@ -257,3 +257,21 @@ def test_a_directory_that_is_removed_under_way_loses_nothing(tmp_path: Path) -> 
     assert again.load_parameters()[0] == {"WP_SPEED": 0.5} and len(again.load_plans()[0][PlanKind.FENCE]) == 1
     assert again.load_progress()[0] == {"seq": 1}
     assert len(warnings) == 1 and "was removed" in warnings[0]
+
+
+def test_what_could_not_be_loaded_is_lost_until_it_is_stored_anew(tmp_path: Path) -> None:
+    for name in ("parameters.json", "fence.json", "wear.json"):
+        (tmp_path / name).write_bytes(b'{"format":1,"it')
+    state = StateFile(tmp_path)
+    assert state.lost == ()
+    state.load_parameters()
+    state.load_plans()
+    state.load_wear()
+    assert state.lost == ("Parameters lost at start: the defaults count", "Fence lost at start: upload it again")
+    state.save_plan(PlanKind.FENCE, ())
+    assert state.lost == ("Parameters lost at start: the defaults count",)
+    state.plan_refused(PlanKind.RALLY)
+    state.save_parameters({})
+    assert state.lost == ("Rally points lost at start: upload them again",)
+    assert all(len(text) <= 50 for text in state.lost)
+    state.close()

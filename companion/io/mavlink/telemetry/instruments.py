@@ -29,7 +29,7 @@ def gps_rtk(view: View, persona: Persona) -> Any:
     nav = view.tick.nav
     week, of_week_s = divmod(view.unix_us / 1e6 - _GPS_EPOCH_S + _LEAP_S, _WEEK_S)
     return mavlink.MAVLink_gps_rtk_message(
-        time_last_baseline_ms=max(0, round(1000.0 * (corrections.t_s - corrections.age_s))),
+        time_last_baseline_ms=max(0, round(1000.0 * (corrections.t_s - corrections.age_s))) & 0xFFFFFFFF,
         rtk_receiver_id=0,
         wn=fitted(week, 1.0, 0, UINT16_UNKNOWN, 0),
         tow=fitted(of_week_s, 1000.0, 0, 1000 * _WEEK_S, 0),

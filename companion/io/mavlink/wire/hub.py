@@ -382,6 +382,8 @@ class Hub:
         self._greeted_s[peer.endpoint] = now_s
         if before_s is None or now_s - before_s > PEER_TIMEOUT_S * self.patience:
             self.say(peer, TextKind.ROUTINE, f"USV companion {self.version}")
+            for text in self.vessel.storage.lost():
+                self.say(peer, TextKind.ATTENTION, text)
 
     def _tell_changes(self, now_s: float) -> None:
         """Announce a change of mode or arming to all before anything else happens."""

@@ -27,6 +27,10 @@ class PortInUse(LinkError):
     """Another program listens at the link's port."""
 
 
+class NoAddress(LinkError):
+    """An address of its own that this computer does not have; while it starts, it may have it yet."""
+
+
 class Link(Protocol):
     """One link with any number of endpoints. `guard`: its options, applied to each packet."""
 
@@ -81,13 +85,13 @@ def not_bound(url: str, error: Exception) -> LinkError:
     if getattr(error, "errno", None) == errno.EADDRINUSE:
         text = "port in use; stop the program that listens there, or choose another port with --link"
         return PortInUse(f"'{url}': {text}")
+    if getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
+        return NoAddress(f"'{url}': this computer has no such address; use 0.0.0.0 for all")
     return LinkError(f"'{url}': {_why_not_bound(error)}")
 
 
 def _why_not_bound(error: Exception) -> str:
     number = getattr(error, "errno", None)
-    if number == errno.EADDRNOTAVAIL:
-        return "this computer has no such address; use 0.0.0.0 for all"
     if number in (errno.EACCES, errno.EPERM):
         return "permission denied; choose a port above 1023"
     return str(error)

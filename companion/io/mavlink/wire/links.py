@@ -38,6 +38,7 @@ from companion.io.mavlink.wire.link_base import (
     PEER_TIMEOUT_S,
     Link,
     LinkError,
+    NoAddress,
     PortInUse,
     Received,
     bound_socket,
@@ -59,6 +60,7 @@ __all__ = [
     "Link",
     "LinkError",
     "MemoryLink",
+    "NoAddress",
     "StreamLink",
     "TcpServerLink",
     "UdpLink",
@@ -166,7 +168,7 @@ def _own_address(url: str, parsed: urls.PortUrl) -> tuple[str, int]:
     try:
         return look_up(parsed.host), parsed.port
     except (OSError, UnicodeError) as error:
-        raise LinkError(f"'{url}': host '{parsed.host}' not found; give its IP address") from error
+        raise NoAddress(f"'{url}': host '{parsed.host}' not found; give its IP address") from error
 
 
 class UdpLink:

@@ -34,6 +34,9 @@ class SlowStorage:
     def health(self, now_s: float) -> Sequence[DeviceHealth]:
         return ()
 
+    def lost(self) -> Sequence[str]:
+        return ()
+
     def _new(self) -> Ticket:
         self.tickets.append(Ticket())
         return self.tickets[-1]

@@ -150,6 +150,16 @@ def test_a_station_is_greeted_once_for_each_coming(rig: Any, named: Any) -> None
     assert named(rig.ask(HEARTBEAT), "STATUSTEXT")[0].text == "USV companion 0.1.0"
 
 
+def test_a_station_that_comes_later_is_told_what_was_lost_at_the_start(
+    rig: Any, named: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The event of it had passed: nobody heard of a fence whose file was damaged."""
+    monkeypatch.setattr(rig.vessel.storage, "lost", lambda: ("Fence lost at start: upload it again",), raising=False)
+    rig.run(60.0)
+    greeting = named(rig.ask(HEARTBEAT), "STATUSTEXT")
+    assert [message.text for message in greeting[:2]] == ["USV companion 0.1.0", "Fence lost at start: upload it again"]
+
+
 def test_a_boat_that_has_only_just_begun_to_look_is_not_complained_of(rig: Any, named: Any) -> None:
     rig.supervisor.change(arming_refusals=("gnss: nothing received yet",))
     greeting = [message.text for message in named(rig.ask(HEARTBEAT), "STATUSTEXT")]

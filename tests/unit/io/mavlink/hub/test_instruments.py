@@ -51,6 +51,14 @@ def test_corrections(rig: Rig) -> None:
     assert heard(rig, Inputs(corrections=Corrections(0.0, "gnss", 1.5, 33)), 2.0) == [], "old news is no news"
 
 
+def test_corrections_after_seven_weeks(rig: Rig) -> None:
+    """Times since the start count modulo 2**32 ms. This one did not: it was an error every few seconds."""
+    rig.now_s = 2.0**32 / 1000.0
+    rig.run(10.0)
+    found = heard(rig, Inputs(corrections=Corrections(rig.now_s, "gnss", 1.5, 33)), 5.0)
+    assert len(found) == 5 and found[0].time_last_baseline_ms == 8500
+
+
 def test_depth(rig: Rig) -> None:
     rig.run(1.0)
     found = heard(rig, Inputs(depth=Depth(1.0, "sounder", 7.4, 0.3, 100.0)), 4.0)
