@@ -90,5 +90,5 @@ def level_of(force: Vector) -> tuple[float, float]:
     roll, pitch = math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
     if max(abs(roll), abs(pitch)) > _MOST_TILT_RAD:
         tilt = math.degrees(max(abs(roll), abs(pitch)))
-        raise ValueError(f"mounted {tilt:.0f} deg off level: correct its mounting")
+        raise ValueError(f"mounted {tilt:.0f} deg off level")
     return roll, pitch

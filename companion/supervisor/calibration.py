@@ -114,7 +114,7 @@ class CalibrationDuty:
         if reason is None and not rows:
             reason, result = self._nothing(kind), Result.DENIED
         if reason is not None:
-            text = f"{kind.value} calibration refused: {reason}"
+            text = f"Calibration refused: {reason}"
             self._events.say(now_s, TextKind.REFUSAL, "refused", text)
             return Outcome(result, text)
         self._parts = tuple(self._part(kind, row, now_s) for row in rows)
@@ -166,7 +166,7 @@ class CalibrationDuty:
     def _nothing(self, kind: CalibrationKind) -> str:
         if kind is not CalibrationKind.COMPASS:
             return "no inertial sensor"
-        return 'no sensor has heading = "ahrs"' if self._inertial else "no magnetometer"
+        return "no sensor has heading = ahrs" if self._inertial else "no magnetometer"
 
     def _part(self, kind: CalibrationKind, row: SensorConfig, now_s: float) -> Part:
         if kind is CalibrationKind.LEVEL:
