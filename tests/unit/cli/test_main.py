@@ -18,6 +18,7 @@ from companion.cli.main import argument_parser, main
     [
         (("run", "revolt", "--sitl", "--devices", "."), "leave out --devices"),
         (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
+        (("capability", "revolt", "--current", "nan"), "--current nan: must be a number"),
         (("run", "revolt", "--plant", "slender"), "--plant needs --sitl"),
         (("run", "revolt", "--sitl", "--plant", "slendr"), "did you mean 'slender'?"),
         (("sitl", "otter", "--plant", "publishd"), "did you mean 'published'?"),
