@@ -27,7 +27,7 @@ from companion.supervisor.helm import Helm
 
 _LEVEL = ("SENS_BOARD_X_OFF", "SENS_BOARD_Y_OFF")
 _LEVEL_S, _LEVEL_SWING_RADPS = 10.0, math.radians(8.0)  # waves average out
-_GYRO_S, _GYRO_SWING_RADPS = 5.0, math.radians(0.5)
+_GYRO_S, _GYRO_SWING_RADPS, _GYRO_TURN_RAD = 5.0, math.radians(0.5), math.radians(1.5)
 
 
 class CalibrationKind(Enum):
@@ -172,7 +172,7 @@ class CalibrationDuty:
         if kind is CalibrationKind.LEVEL:
             return StillMean(row.name, _LEVEL_S, _LEVEL_SWING_RADPS, now_s)
         if kind is CalibrationKind.GYRO:
-            return StillMean(row.name, _GYRO_S, _GYRO_SWING_RADPS, now_s)
+            return StillMean(row.name, _GYRO_S, _GYRO_SWING_RADPS, now_s, _GYRO_TURN_RAD)
         nav, home = self._nav_of(), self._config.home
         place = (nav.lat_deg, nav.lon_deg) if nav.position_valid else (home.lat_deg, home.lon_deg)
         north, east, down = field_nt(*place, decimal_year(nav.time_unix_ns))
