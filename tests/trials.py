@@ -16,6 +16,7 @@ class KnownTrials:
         self.proposal, self.in_force = proposal, in_force
         self.runs: Future[TrialFinding] = Future()
         self.ticket = Ticket(Stored.DURABLE if at_once else Stored.PENDING)
+        self.parameters: dict[str, float] = {}
         self.done: list[str] = []
 
     def identify(self) -> Future[TrialFinding]:

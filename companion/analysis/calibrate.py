@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
-from companion.analysis.log_reader import Log, LogError
+from companion.analysis.log_reader import Log, LogError, parameters_of
 from companion.config.devices import SensorConfig
 from companion.core.geomagnetism import decimal_year, field_nt
-from companion.core.readings import FixType, GnssFix, Imu, Reading, TimeOfDay
+from companion.core.readings import FixType, GnssFix, Imu, MagneticField, Reading, TimeOfDay
 from companion.nav.compass_turns import GOOD_RAD, PASSES, TiltPass, Turns, TurnsError, fit_turns, left_rad, wander_rad
 from companion.nav.field_fit import SECTORS, FieldFit, headings
 from companion.nav.lever_arms import lever_arms, normal_gravity_mps2
+from companion.nav.mounting import Mounting
 from companion.record.readings import path_in, read_kind
 
 TOML_FILE = "magnetometer.toml"
@@ -25,7 +26,8 @@ _SAMPLES = 3000
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """`report`: for a person; `toml`: for the sensor's table; `plot`: None where matplotlib is not installed."""
+    """`fit`: in the magnetometer's own axes. `report`: for a person; `toml`: for the sensor's table; `plot`: None where
+    matplotlib is not installed."""
 
     fit: FieldFit
     report: str
@@ -42,7 +44,9 @@ def calibrate(
     `sensor`: the magnetometer's name, needed where the log has several. Raises LogError for an unsuitable log, OSError.
     """
     warnings: list[str] = []
-    row, readings, dip_rad = _readings(log, sensor, from_s, to_s, warnings)
+    row, own, dip_rad = _readings(log, sensor, from_s, to_s, warnings)
+    mounting = _mounting(log, row, warnings)
+    readings = [_turned(reading, mounting) for reading in own]
     gravity = normal_gravity_mps2(log.config.home.lat_deg)
     turns = _tilts(log, row, readings, gravity, dip_rad, None)
     found = _fit(turns)
@@ -50,7 +54,9 @@ def calibrate(
         turns = _tilts(log, row, readings, gravity, dip_rad, found)
         found = _fit(turns)
     warnings += _doubts(found)
-    toml = toml_lines(log, row, found)
+    turn = mounting.compass(row.name)
+    in_own_axes = found if turn is None else found.before_turn(turn)
+    toml = toml_lines(log, row, in_own_axes)
     out.mkdir(parents=True, exist_ok=True)
     (out / TOML_FILE).write_text(toml, encoding="utf-8")
     plotted: Path | None = out / PLOT_FILE
@@ -59,7 +65,20 @@ def calibrate(
     except ImportError:
         plotted = None
         warnings.append(f"no plot: {MATPLOTLIB_MISSING}")
-    return Calibration(found, report(row, turns, found), toml, plotted, tuple(warnings))
+    return Calibration(in_own_axes, report(row, turns, found), toml, plotted, tuple(warnings))
+
+
+def _mounting(log: Log, row: SensorConfig, warnings: list[str]) -> Mounting:
+    """How the parameters turn the devices once the lines are in the vessel's file, so that the row is numbered."""
+    sensors = tuple(replace(one, heading="ahrs") if one.name == row.name else one for one in log.config.sensors)
+    return Mounting(replace(log.config, sensors=sensors), parameters_of(log, warnings))
+
+
+def _turned(reading: Reading, mounting: Mounting) -> Reading:
+    """The reading in the boat's axes, as the parameters turn its device."""
+    if isinstance(reading, Imu):
+        return mounting.turned(reading)
+    return mounting.field(reading) if isinstance(reading, MagneticField) else reading
 
 
 def _readings(

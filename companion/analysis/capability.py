@@ -75,7 +75,7 @@ class _Balance:
 
     def __init__(self, config: VesselConfig, failed: Sequence[int]) -> None:
         self.config, self._failed = config, failed
-        self._parameters = Parameters(table=table_of(config))
+        self._parameters = Parameters(config.parameters, table_of(config))
 
     def holds(self, wrench: Wrench) -> bool:
         """Within the controller's limits, and given by the allocation after it has turned the thrusters."""

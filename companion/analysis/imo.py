@@ -16,7 +16,9 @@ from companion.analysis.trial_log import Ran
 
 Array = NDArray[np.float64]
 _COLUMNS = ("t_s", "north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps")
-_TURNS_RAD = math.radians(5.0)  # change of heading from which the turn counts as begun
+_MOMENT = "demanded_yaw_nm"  # logs of before have none
+_TURNS_RAD = math.radians(5.0)  # change of heading from which the boat turns
+_SAME = 0.05  # share by which a moment that is held may differ
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,7 @@ def figures(
     folder: Path, ran: Sequence[Ran], length_m: float, current_mps: tuple[float, float], warnings: list[str]
 ) -> tuple[Figure, ...]:
     """All figures that the manoeuvres give. `current_mps`: towards north and east. Raises LogError, OSError."""
-    table = read_table(folder / "ticks.csv", _COLUMNS, warnings)
+    table = read_table(folder / "ticks.csv", _COLUMNS, warnings, (_MOMENT,))
     track = {name: np.array(column) for name, column in table.items()}
     since_s = track["t_s"] - track["t_s"][0]
     track["north_m"] = track["north_m"] - current_mps[0] * since_s
@@ -57,11 +59,11 @@ def figures(
 
 def _turning(name: str, part: Mapping[str, Array], length_m: float) -> list[Figure]:
     yaw = np.unwrap(part["yaw_rad"])
-    turned = np.abs(yaw - yaw[0])
-    begun = np.flatnonzero(turned > _TURNS_RAD)
-    if not len(begun):
+    turns = np.flatnonzero(np.abs(yaw - yaw[0]) > _TURNS_RAD)
+    if not len(turns):
         return []
-    i = int(begun[0])
+    i = _executed(part[_MOMENT], int(turns[0]))
+    turned = np.abs(yaw - yaw[i])
     c, s = math.cos(yaw[i]), math.sin(yaw[i])
     north, east = part["north_m"] - part["north_m"][i], part["east_m"] - part["east_m"][i]
     ahead, aside = c * north + s * east, np.abs(c * east - s * north)
@@ -75,6 +77,13 @@ def _turning(name: str, part: Mapping[str, Array], length_m: float) -> list[Figu
     if len(half):
         found.append(Figure(f"{name}: tactical diameter", float(aside[half[0]]), "m", float(aside[half[0]]) / length_m))
     return found
+
+
+def _executed(moment_nm: Array, turning: int) -> int:
+    """The row from which on the moment is that of the row `turning`; that row itself where the log does not tell."""
+    moment = moment_nm[turning]
+    others = np.flatnonzero(~(np.abs(moment_nm[:turning] - moment) <= _SAME * abs(moment)))
+    return int(others[-1]) + 1 if len(others) else 0
 
 
 def _zig_zag(name: str, part: Mapping[str, Array]) -> list[Figure]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ def add_to(commands: Any) -> None:
 def _capability(arguments: argparse.Namespace) -> int:
     from companion.analysis.capability import capability, plot, summary
 
+    if not math.isfinite(arguments.current):
+        raise UsageError(f"--current {arguments.current:g}: must be a number")
     config = load_vessel(arguments.vessel)
     found = capability(config, arguments.lost, arguments.current)
     print(summary(found))

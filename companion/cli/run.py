@@ -111,7 +111,7 @@ def _run(arguments: argparse.Namespace) -> int:
     retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
     names = [link.name for link in links]
     _print_banner(config, options, names, state, log_folder, model)
-    print_warnings((*exposed_warnings(names), *refused))
+    print_warnings((*exposed_warnings(names), *refused, *vessel.supervisor.trial_duty.kept()))
     _tell_refused(vessel, refused, clock.now_s())
     punctuality = Punctuality()
     terminal = _terminal(vessel, names, punctuality, options.patience)

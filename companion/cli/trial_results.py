@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from datetime import UTC, datetime
 from functools import partial
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from companion.cli.common import end
-from companion.config.overlay import in_force, proposed, set_accepted
+from companion.config.overlay import in_force, parameters_that_count, proposed, set_accepted
 from companion.config.vessel import ConfigError, load
 from companion.core.ports import Worker
 from companion.core.storing import Stored, Ticket
@@ -49,6 +49,7 @@ class FileTrials:
         self._file, self._identify, self._worker, self._close = vessel_file, identify, worker, close
         self._proposal: str | None = None
         self._in_force: str | None = None
+        self._parameters: Mapping[str, float] = {}
         self._look()
 
     @property
@@ -60,6 +61,11 @@ class FileTrials:
     def in_force(self) -> str | None:
         """As `TrialResults.in_force`."""
         return self._in_force
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """As `TrialResults.parameters`."""
+        return self._parameters
 
     def identify(self) -> Future[TrialFinding]:
         """As `TrialResults.identify`."""
@@ -98,10 +104,11 @@ class FileTrials:
         return ticket
 
     def _look(self) -> None:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, ValueError):
             waits, counts = proposed(self._file), in_force(self._file)
             self._proposal = None if waits is None else waits.name
             self._in_force = None if counts is None else counts.name
+            self._parameters = parameters_that_count(self._file)
 
     def record(self, tick: Tick) -> None:
         """Nothing to record."""

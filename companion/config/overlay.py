@@ -79,6 +79,14 @@ def that_count(vessel_file: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def parameters_that_count(vessel_file: Path) -> dict[str, float]:
+    """The parameters of the overlays that count. Raises OSError; ValueError for one that is no TOML."""
+    found: dict[str, float] = {}
+    for overlay in that_count(vessel_file):
+        found |= tomllib.loads(overlay.read_text(encoding="utf-8-sig")).get("parameters", {})
+    return found
+
+
 def _has_model(overlay: Path) -> bool:
     """Whether it has more than parameters; true for one that cannot be read, which says so when it is loaded."""
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Protocol
@@ -37,6 +38,11 @@ class TrialResults(Protocol):
     @property
     def in_force(self) -> str | None:
         """The name of the model that counts from the next start on; None for that of the vessel's file."""
+        ...
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Those that the accepted models set from the next start on, where no operator has."""
         ...
 
     def identify(self) -> Future[TrialFinding]:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from companion.core.readings import GroundVelocity, Imu, MagneticField, Reading
 from companion.nav.ahrs import Ahrs
@@ -86,12 +87,25 @@ class TiltPass:
         return True
 
     def turns(self, dip_rad: float, most: int) -> Turns:
-        """About `most` of the samples, evenly. Raises TurnsError where there are none."""
+        """At most `most` of the samples. Raises TurnsError where there are none."""
         if not self.samples:
             raise TurnsError("the readings end before the tilt was known")
-        table = np.array(self.samples[:: max(1, len(self.samples) // most)])
-        settled = table[table[:, 0] > table[0, 0] + _SETTLE_S]
-        return Turns(settled[:, 0], settled[:, 1:4], settled[:, 4:], dip_rad)
+        table = np.array(self.samples)
+        table = table[table[:, 0] > table[0, 0] + _SETTLE_S]
+        spread = table[_all_round(table[:, 1:4], most)]
+        return Turns(spread[:, 0], spread[:, 1:4], spread[:, 4:], dip_rad)
+
+
+def _all_round(field: Array, most: int) -> NDArray[np.intp]:
+    """Rows, as many of each direction of the field about its middle, evenly in time: where a boat waits tells no more
+    than where it turns."""
+    if not len(field):
+        return np.zeros(0, dtype=np.intp)
+    x, y, _ = (field - 0.5 * (field.min(axis=0) + field.max(axis=0))).T
+    sector = (np.mod(np.arctan2(y, x), math.tau) * SECTORS / math.tau).astype(int) % SECTORS
+    each, rows = max(1, most // SECTORS), [np.flatnonzero(sector == k) for k in range(SECTORS)]
+    spread = [row[np.linspace(0, len(row) - 1, min(each, len(row))).astype(int)] for row in rows]
+    return np.asarray(np.sort(np.concatenate(spread)), dtype=np.intp)
 
 
 def fit_turns(turns: Turns) -> FieldFit:

@@ -27,7 +27,7 @@ from companion.supervisor.helm import Helm
 
 _LEVEL = ("SENS_BOARD_X_OFF", "SENS_BOARD_Y_OFF")
 _LEVEL_S, _LEVEL_SWING_RADPS = 10.0, math.radians(8.0)  # waves average out
-_GYRO_S, _GYRO_SWING_RADPS = 5.0, math.radians(0.5)
+_GYRO_S, _GYRO_SWING_RADPS, _GYRO_TURN_RAD = 5.0, math.radians(0.5), math.radians(1.5)
 
 
 class CalibrationKind(Enum):
@@ -50,8 +50,9 @@ class CalibrationPhase(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CompassState:
-    """One magnetometer. `direction`: its newest field, of length 1; `fit`: once there is one."""
+    """One magnetometer, of that number. `direction`: its newest field, of length 1; `fit`: once there is one."""
 
+    number: int
     name: str
     progress: float
     direction: Vector
@@ -101,23 +102,24 @@ class CalibrationDuty:
         self._inertial = inertial_sensors(config.sensors)
         self._mounting = Mounting(config, parameters)
         self._levers = lever_arms(config.sensors)
-        self._parts: tuple[Part, ...] = ()
+        self._parts: Mapping[int, Part] = {}  # by the sensors' numbers in the parameters
         self._save = True
         self._runs = 0
 
     # --- requests --------------------------------------------------------------------------------------------------
 
-    def request(self, kind: CalibrationKind, now_s: float, save: bool = True) -> Outcome:
-        """Begin a calibration. `save`: store its result at once, without `accept`."""
-        rows = self._rows(kind)
+    def request(self, kind: CalibrationKind, now_s: float, save: bool = True, bits: int = 0) -> Outcome:
+        """Begin a calibration. `save`: store its result at once, without `accept`. `bits`: one for each sensor that is
+        meant; 0: all."""
+        rows = {number: row for number, row in enumerate(self._rows(kind)) if not bits or bits >> number & 1}
         reason, result = self._running() or self._forbidden(kind), Result.TEMPORARILY_REJECTED
         if reason is None and not rows:
-            reason, result = self._nothing(kind), Result.DENIED
+            reason, result = "no such compass" if self._rows(kind) else self._nothing(kind), Result.DENIED
         if reason is not None:
-            text = f"{kind.value} calibration refused: {reason}"
+            text = f"Calibration refused: {reason}"
             self._events.say(now_s, TextKind.REFUSAL, "refused", text)
             return Outcome(result, text)
-        self._parts = tuple(self._part(kind, row, now_s) for row in rows)
+        self._parts = {number: self._part(kind, row, now_s) for number, row in rows.items()}
         self._save = save
         self._runs += 1
         self._set(kind, CalibrationPhase.RUNNING)
@@ -166,13 +168,13 @@ class CalibrationDuty:
     def _nothing(self, kind: CalibrationKind) -> str:
         if kind is not CalibrationKind.COMPASS:
             return "no inertial sensor"
-        return 'no sensor has heading = "ahrs"' if self._inertial else "no magnetometer"
+        return "no sensor has heading = ahrs" if self._inertial else "no magnetometer"
 
     def _part(self, kind: CalibrationKind, row: SensorConfig, now_s: float) -> Part:
         if kind is CalibrationKind.LEVEL:
             return StillMean(row.name, _LEVEL_S, _LEVEL_SWING_RADPS, now_s)
         if kind is CalibrationKind.GYRO:
-            return StillMean(row.name, _GYRO_S, _GYRO_SWING_RADPS, now_s)
+            return StillMean(row.name, _GYRO_S, _GYRO_SWING_RADPS, now_s, _GYRO_TURN_RAD)
         nav, home = self._nav_of(), self._config.home
         place = (nav.lat_deg, nav.lon_deg) if nav.position_valid else (home.lat_deg, home.lon_deg)
         north, east, down = field_nt(*place, decimal_year(nav.time_unix_ns))
@@ -190,12 +192,12 @@ class CalibrationDuty:
             self._fail(state.kind, reason, now_s)
             return
         measured = [reading for reading in readings if plausible(reading, now_s)]
-        for part in self._parts:
+        for part in self._parts.values():
             part.update(measured, now_s)
-        failure = next((part.failure for part in self._parts if part.failure is not None), None)
+        failure = next((part.failure for part in self._parts.values() if part.failure is not None), None)
         if failure is not None:
             self._fail(state.kind, failure, now_s)
-        elif not all(part.progress >= 1.0 for part in self._parts):
+        elif not all(part.progress >= 1.0 for part in self._parts.values()):
             self._set(state.kind, CalibrationPhase.RUNNING)
         elif self._save:
             self._store(state.kind, now_s)
@@ -204,10 +206,10 @@ class CalibrationDuty:
             self._events.say(now_s, TextKind.ROUTINE, "calibration", f"{state.kind.value} fitted: accept or cancel it")
 
     def _set(self, kind: CalibrationKind, phase: CalibrationPhase, text: str = "") -> None:
-        progress = min(part.progress for part in self._parts)
+        progress = min(part.progress for part in self._parts.values())
         compasses = tuple(
-            CompassState(part.row.name, part.progress, part.direction, part.failure, part.result)
-            for part in self._parts
+            CompassState(number, part.row.name, part.progress, part.direction, part.failure, part.result)
+            for number, part in self._parts.items()
             if isinstance(part, CompassCalibration)
         )
         self.state = CalibrationState(self._runs, kind, phase, progress, text, compasses)
@@ -222,7 +224,7 @@ class CalibrationDuty:
     def _store(self, kind: CalibrationKind, now_s: float) -> None:
         try:
             values: dict[str, float] = {}
-            for number, part in enumerate(self._parts):
+            for number, part in self._parts.items():
                 values |= self._values(kind, number, part)
         except ValueError as error:
             self._fail(kind, str(error), now_s)
@@ -245,7 +247,7 @@ class CalibrationDuty:
         return {f"CAL_GYRO{number}_{axis}OFF": bias for axis, bias in zip("XYZ", part.rates, strict=True)}
 
     def _summary(self, kind: CalibrationKind, values: Mapping[str, float]) -> str:
-        part = self._parts[0]
+        part = next(iter(self._parts.values()))
         if isinstance(part, CompassCalibration) and part.result is not None:
             return f": {math.degrees(left_rad(part.result)):.1f} deg of deviation left"
         if kind is CalibrationKind.LEVEL:

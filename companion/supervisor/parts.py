@@ -116,7 +116,7 @@ class SupervisorParts:
         actions = MissionActions(self.cruise, self.home, self.fence, self.auxiliary, self.following, self.payload)
         self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)
         self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)
-        self.trial_duty = TrialDuty(helm, events)
+        self.trial_duty = TrialDuty(parameters, helm, events)
         self.outlook = OutlookDuty(parameters, plans, executor, mission, helm, self.cruise, self.home, events)
         self.nudges = Nudges(config, parameters, helm, hold, events)
         self.retraction = Retraction(config, parameters, helm, events)

@@ -7,13 +7,17 @@ has tried. MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN starts the program anew.
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Future
 
 from companion.core.decision import ACCEPTED, ModeId, Outcome, Result, TextKind
 from companion.core.events import EventLog
 from companion.core.storing import Ticket
 from companion.core.trial_results import TrialFinding, TrialResultError, TrialResults
+from companion.params.store import Parameters
 from companion.supervisor.helm import Helm
+
+_ALIKE = 1e-3  # of a parameter: the report shows three digits
 
 
 class TrialDuty:
@@ -21,8 +25,9 @@ class TrialDuty:
     the identification that runs, whether another one waits for its end, and the changes that are being stored. Set
     `results` before the first tick; without it nothing is identified."""
 
-    def __init__(self, helm: Helm, events: EventLog) -> None:
+    def __init__(self, parameters: Parameters, helm: Helm, events: EventLog) -> None:
         self.results: TrialResults | None = None
+        self._parameters = parameters
         self._helm = helm
         self._events = events
         self._runs: Future[TrialFinding] | None = None
@@ -53,6 +58,8 @@ class TrialDuty:
             self._storing.remove((ticket, text))
             if ticket.durable:
                 self._events.say(now_s, TextKind.ROUTINE, "trial_decided", text)
+                for kept in self.kept():
+                    self._events.say(now_s, TextKind.ATTENTION, "trial_parameter", kept)
             else:
                 failed = f"Trial: nothing changed: {ticket.reason}"
                 self._events.say(now_s, TextKind.ALARM, "trial_not_stored", failed)
@@ -73,6 +80,16 @@ class TrialDuty:
         else:
             text = "Trial: the model stays, new gains. Accept them?"
         self._events.say(now_s, TextKind.ATTENTION, "trial_identified", text)
+
+    def kept(self) -> list[str]:
+        """One line for each parameter that an operator has set otherwise than the accepted models: it stays so."""
+        found = {} if self.results is None else self.results.parameters
+        own = self._parameters.changed()
+        return [
+            f"{name} stays {own[name]:.3g} as set; trial: {value:.3g}"
+            for name, value in found.items()
+            if name in own and not math.isclose(own[name], value, rel_tol=_ALIKE)
+        ]
 
     # --- the operator's word -----------------------------------------------------------------------------------------
 

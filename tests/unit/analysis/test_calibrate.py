@@ -102,12 +102,18 @@ def gothenburg() -> VesselConfig:
     return replace(config, home=replace(config.home, lat_deg=57.69, lon_deg=11.80))
 
 
-def recorded(folder: Path, parts: tuple[tuple[float, float, float], ...] = CIRCLES, with_field: bool = True) -> Path:
+def recorded(
+    folder: Path,
+    parts: tuple[tuple[float, float, float], ...] = CIRCLES,
+    with_field: bool = True,
+    upside_down: bool = False,
+) -> Path:
+    """The log of turns. `upside_down`: the magnetometer alone, as CAL_MAG0_ROT tells."""
     sailing = Sailing(
         parts=parts, wave_rad=math.radians(2.0), wave_m=0.05, iron=0.0, heel=0.2, lever_m=(-0.81, 0.0, -0.2)
     )
     motion, encoder = sail(sailing), McapEncoder()
-    field = motion.field @ DISTORTION.T + OFFSET
+    field = (motion.field @ DISTORTION.T + OFFSET) * ((1.0, -1.0, -1.0) if upside_down else 1.0)
     with (folder / FILE).open("wb") as file:
         file.write(encoder.header())
         readings: list[Reading] = []
@@ -122,7 +128,8 @@ def recorded(folder: Path, parts: tuple[tuple[float, float, float], ...] = CIRCL
                 file.write(encoder.due())
                 readings = []
         file.write(encoder.end())
-    entries = {"configuration": config_module.as_dict(gothenburg()), "parameters": {}}
+    parameters = {"CAL_MAG0_ROT": 8.0} if upside_down else {}
+    entries = {"configuration": config_module.as_dict(gothenburg()), "parameters": parameters}
     (folder / "manifest.json").write_text(json.dumps(entries), encoding="utf-8")
     return folder
 
@@ -154,6 +161,15 @@ def test_a_log_through_the_flat_fit_says_so(circles: Path, tmp_path: Path) -> No
     assert (
         found.fit.flat and any("in the plane" in warning for warning in found.warnings) and "plane only" in found.toml
     )
+
+
+def test_a_turned_magnetometer_is_fitted_in_its_own_axes(circles: Path, tmp_path: Path) -> None:
+    """Its turn was not minded: 4 degrees were left, and the heading was off by 120 with a heel of 10."""
+    straight = calibrate(open_log(circles), tmp_path).fit
+    over = np.diag([1.0, -1.0, -1.0])
+    turned = calibrate(open_log(recorded(tmp_path, upside_down=True)), tmp_path).fit
+    assert over @ turned.offset == pytest.approx(straight.offset, abs=0.01)
+    assert over @ turned.matrix @ over == pytest.approx(straight.matrix, abs=1e-4)
 
 
 def test_half_a_circle_is_not_enough(circles: Path, tmp_path: Path) -> None:

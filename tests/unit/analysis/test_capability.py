@@ -41,6 +41,13 @@ def test_a_lost_thruster_and_a_current_take_some_of_it() -> None:
     assert capability(REVOLT, (), 3.0, directions=2).wind_mps == (0.0, 0.0)
 
 
+def test_the_solver_allocates_as_the_vessels_file_says() -> None:
+    """The pseudo-inverse, cut to the limits, leaves thrust unused; the constrained one was asked for any file."""
+    inverse = replace(REVOLT, parameters={**REVOLT.parameters, "ALLOC_KIND": 1.0})
+    best, cut = (capability(boat, directions=4).least_mps for boat in (REVOLT, inverse))
+    assert cut < 0.95 * best
+
+
 def test_a_light_breeze_on_a_small_area_is_always_held() -> None:
     small = replace(REVOLT, windage=replace(REVOLT.windage, frontal_m2=1e-4, lateral_m2=1e-4))
     assert capability(small, directions=3).wind_mps == (MOST_MPS,) * 3

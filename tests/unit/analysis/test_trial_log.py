@@ -70,6 +70,27 @@ def test_a_turning_circle_of_known_radius_in_a_current(tmp_path: Path) -> None:
     assert found["turning circle port: tactical diameter"] == pytest.approx(2.0 * radius, abs=0.2)
 
 
+def test_a_turning_circle_counts_from_the_execute(tmp_path: Path) -> None:
+    """They counted from 5 degrees of turn on, and in its direction: 8 % less advance, 13 % less transfer of an Otter."""
+    rows, lines, north, east, yaw, rate = [], [], 0.0, 0.0, 0.7, 0.0
+    for k in range(900):
+        turns = k >= 300
+        rate += (0.2 - rate) * 0.1 if turns else 0.0
+        rows.append((0.1 * k, north, east, yaw, 1.0))
+        lines.append(f"{9.0 if turns else 0.3 * (-1) ** k}")
+        north, east, yaw = north + 0.1 * math.cos(yaw), east + 0.1 * math.sin(yaw), yaw + 0.1 * rate
+    write(tmp_path, rows)
+    table = (tmp_path / "ticks.csv").read_text(encoding="utf-8").splitlines()
+    told = [f"{row},{moment}" for row, moment in zip(table, ["demanded_yaw_nm", *lines], strict=True)]
+    (tmp_path / "ticks.csv").write_text("\n".join(told) + "\n", encoding="utf-8")
+    found = by_name(tmp_path, Ran("turning circle port", 0.0, 90.0, False))
+    first = next(k for k, row in enumerate(rows) if row[3] - 0.7 >= 0.5 * math.pi)
+    ahead, aside = rows[first][1] - rows[300][1], rows[first][2] - rows[300][2]
+    c, s = math.cos(0.7), math.sin(0.7)
+    assert found["turning circle port: advance"] == pytest.approx(c * ahead + s * aside, abs=0.01)
+    assert found["turning circle port: transfer"] == pytest.approx(c * aside - s * ahead, abs=0.01)
+
+
 def test_overshoots_of_a_zig_zag(tmp_path: Path) -> None:
     turn = np.interp(np.arange(0.0, 60.0, 0.1), [0.0, 10.0, 30.0, 50.0, 60.0], [0.0, 14.0, -17.0, 12.0, 0.0])
     write(tmp_path, [(0.1 * k, 0.0, 0.0, 3.1 + math.radians(float(angle)), 1.0) for k, angle in enumerate(turn)])

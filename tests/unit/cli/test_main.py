@@ -18,6 +18,7 @@ from companion.cli.main import argument_parser, main
     [
         (("run", "revolt", "--sitl", "--devices", "."), "leave out --devices"),
         (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
+        (("capability", "revolt", "--current", "nan"), "--current nan: must be a number"),
         (("run", "revolt", "--plant", "slender"), "--plant needs --sitl"),
         (("run", "revolt", "--sitl", "--plant", "slendr"), "did you mean 'slender'?"),
         (("sitl", "otter", "--plant", "publishd"), "did you mean 'published'?"),
@@ -166,3 +167,19 @@ def test_a_reader_that_has_enough_is_no_mistake() -> None:
     with os.fdopen(writing, "w") as nobody:
         done = subprocess.run(command, stdout=nobody, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_libraries_compute_with_one_thread_where_a_tick_waits_for_them() -> None:
+    """The fit of a compass took 7 s of a tick beside other programs; with one thread 0.2 s."""
+    threads = {word: _threads_of_a_product(word) for word in ("run", "leader")}
+    assert threads == {"run": 1, "leader": 1}
+
+
+def _threads_of_a_product(command: str) -> int:
+    program = (
+        "import os, sys; from companion.__main__ import spare_threads; assert 'numpy' not in sys.modules; "
+        f"spare_threads(['{command}', 'revolt']); import numpy as np; a = np.ones((500, 500)); a @ a; "
+        "print(len(os.listdir('/proc/self/task')))"
+    )
+    several = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
+    return int(subprocess.check_output([sys.executable, "-c", program], env=several))

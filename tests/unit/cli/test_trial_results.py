@@ -49,12 +49,12 @@ def test_a_finding_is_proposed_accepted_and_undone(vessel_file: Path) -> None:
     assert load(vessel_file) == before
     assert trials.accept().state is Stored.DURABLE
     assert (trials.proposal, trials.in_force) == (None, "boat.trial-2026-11-22.toml")
-    assert load(vessel_file).hull.m11_kg == 300.0
+    assert load(vessel_file).hull.m11_kg == 300.0 and trials.parameters == {"DP_BW_SURGE": 0.4}
     trials.identify().result(20.0)
     assert trials.proposal == "boat.trial-2026-11-22b.toml"  # nothing in force is overwritten
     assert trials.accept().durable and trials.undo().durable
     assert trials.in_force == "boat.trial-2026-11-22.toml"
-    assert trials.undo().durable and load(vessel_file) == before
+    assert trials.undo().durable and load(vessel_file) == before and trials.parameters == {}
     assert trials.undo().reason.endswith("nothing to undo")
     trials.close()
 

@@ -31,6 +31,7 @@ SAILING = Sailing(
     lever_m=(0.81, 0.0, 0.0),
 )
 BY_HAND = replace(SAILING, parts=((6.0, 0.0, 0.0), (90.0, 0.0, 0.0171)), wave_m=0.02, heel=0.0)
+WITH_RESTS = replace(BY_HAND, parts=((6.0, 0.0, 0.0), *8 * ((5.0, 0.0, 0.0356), (45.0, 0.0, 0.0))))  # 20 deg/s
 TICK = 20  # samples
 
 
@@ -70,7 +71,11 @@ def worst_deg(found: FieldFit, motion: Motion) -> float:
     return math.degrees(float(np.max(np.abs(np.remainder(heading - yaw + math.pi, 2 * math.pi) - math.pi))))
 
 
-@pytest.mark.parametrize("sailing", [SAILING, BY_HAND, replace(BY_HAND, seed=5)], ids=["circles", "hand", "another"])
+@pytest.mark.parametrize(
+    "sailing",
+    [SAILING, BY_HAND, replace(BY_HAND, seed=5), WITH_RESTS],
+    ids=["circles", "hand", "another", "with rests"],
+)
 def test_two_slow_turns_calibrate(sailing: Sailing) -> None:
     motion = sail(sailing)
     calibration, progress = calibrated(readings_of(motion))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
 from companion.config.devices import SensorConfig
-from companion.core.readings import Imu, MagneticField
+from companion.core.readings import Heading, Imu, MagneticField, Reading
 from companion.nav.corrections import corrections_of, inertial_sensors, magnetometers
 from companion.nav.still_calibration import StillMean, level_of
 from companion.params.store import Parameters
@@ -96,6 +97,33 @@ def test_a_boat_that_rocks_is_not_still() -> None:
 
 def test_a_boat_that_turns_has_no_bias() -> None:
     assert still(0.0, drift_radps=0.2).failure == "the boat moves"
+
+
+def turning(rate_radps: float, told: Callable[[float, float], Reading], turn_rad: float = 0.026) -> StillMean:
+    """A boat that turns steadily, as its gyro and something else tell it: `told(t_s, yaw_rad)`."""
+    mean = StillMean("imu", 5.0, math.radians(0.5), 0.0, turn_rad)
+    for k in range(60):
+        rates = (0.0, 0.0, rate_radps)
+        gyro: list[Reading] = [sample(0.1 * k + 0.01 * i, rates=rates) for i in range(10)]
+        mean.update([*gyro, told(0.1 * k, 3.1 + 0.1 * k * rate_radps)], 0.1 * k)
+    return mean
+
+
+def by_antennas(t_s: float, yaw_rad: float) -> Reading:
+    return Heading(t_s, "gnss", yaw_rad)
+
+
+def by_field(t_s: float, yaw_rad: float) -> Reading:
+    """North of the Baltic, dip 71 degrees, with iron."""
+    return MagneticField(t_s, "imu", 16.0 * math.cos(yaw_rad) + 5.0, -16.0 * math.sin(yaw_rad) - 4.0, 47.0)
+
+
+@pytest.mark.parametrize("told", [by_antennas, by_field])
+def test_a_steady_turn_is_no_bias(told: Callable[[float, float], Reading]) -> None:
+    """A moored boat that swung by 4 deg/s had that for its gyro's bias, and its heading was off by up to 27 deg."""
+    assert turning(math.radians(1.0), told).failure == "the boat moves"
+    assert turning(0.0, told).complete
+    assert turning(math.radians(1.0), told, math.inf).complete, "the level may turn"
 
 
 def test_a_silent_sensor_is_named() -> None:

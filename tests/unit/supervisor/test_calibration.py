@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from companion.config.devices import SensorConfig
+from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeId, Result
 from companion.core.readings import Imu, Reading
 from companion.nav.field_fit import FieldFit
+from companion.supervisor import calibration
 from companion.supervisor.calibration import CalibrationDuty, CalibrationKind, CalibrationPhase, compass_values
 
 
@@ -91,6 +95,36 @@ def test_arming_ends_it(boat: Any) -> None:
 def test_a_boat_without_a_magnetometer_says_so(boat: Any) -> None:
     outcome = boat.supervisor.calibration.request(CalibrationKind.COMPASS, boat.now_s)
     assert outcome.result is Result.DENIED and "heading" in outcome.reason and phase(boat) is None
+
+
+class Fitted:
+    """A compass that is calibrated at once."""
+
+    def __init__(self, row: SensorConfig, *_: object) -> None:
+        self.row, self.failure, self.direction = row, None, (1.0, 0.0, 0.0)
+        self.progress = 0.0
+        self.result: FieldFit | None = None
+
+    def update(self, *_: object) -> None:
+        self.progress, self.result = 1.0, fit_with(4.0)
+
+
+def test_one_compass_of_two_is_calibrated_alone(
+    make_boat: Callable[..., Any], revolt: VesselConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the first one is broken it kept the second from being calibrated, and nobody could choose."""
+    monkeypatch.setattr(calibration, "CompassCalibration", Fitted)
+    imu = next(row for row in revolt.sensors if row.name == "imu")
+    two = tuple(replace(imu, name=name, heading="ahrs") for name in ("imu", "second"))
+    boat = make_boat(replace(revolt, sensors=(*(row for row in revolt.sensors if row.name != "imu"), *two)))
+    duty = boat.supervisor.calibration
+    refused = duty.request(CalibrationKind.COMPASS, boat.now_s, bits=4)
+    assert (refused.result, refused.reason) == (Result.DENIED, "Calibration refused: no such compass")
+    assert duty.request(CalibrationKind.COMPASS, boat.now_s, bits=2).accepted
+    assert [(one.number, one.name) for one in duty.state.compasses] == [(1, "second")]
+    duty.take([], boat.now_s)
+    assert phase(boat) is CalibrationPhase.DONE
+    assert (boat.parameters["CAL_MAG0_XSCALE"], boat.parameters["CAL_MAG1_XSCALE"]) == (0.0, 4.0)
 
 
 def test_a_sensor_that_falls_silent_is_named(boat: Any) -> None:

@@ -94,6 +94,20 @@ def test_the_operators_word_is_told_once_it_is_stored(boat: Boat, what: str) -> 
     assert "trial_decided" in boat.names()
 
 
+def test_what_an_operator_has_set_otherwise_is_told_to_stay(boat: Boat) -> None:
+    """It outlasts the accepted model, which nobody was told."""
+    trials = trials_of(boat, KnownTrials())
+    before = boat.parameters["DP_BW_SWAY"]
+    trials.parameters = {"DP_BW_SURGE": 0.453, "DP_BW_SWAY": before + 0.1, "DP_BW_YAW": 0.7}
+    assert boat.parameters.set_all({"DP_BW_SURGE": 0.312, "DP_BW_YAW": 0.7}) is None
+    boat.supervisor.trial_duty.accept(boat.now_s)
+    boat.step()
+    told = [text for text in boat.texts() if " stays " in text]
+    assert told == ["DP_BW_SURGE stays 0.312 as set; trial: 0.453"] and boat.severities["trial_parameter"] is (
+        Severity.WARNING
+    )
+
+
 def test_what_could_not_be_stored_is_an_alarm(boat: Boat) -> None:
     trials = trials_of(boat, KnownTrials(at_once=False))
     boat.supervisor.trial_duty.accept(boat.now_s)

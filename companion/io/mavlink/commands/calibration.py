@@ -45,9 +45,12 @@ def start_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | 
     param2: Whether to try again after a failure; ignored.
     param3: 1: store the result at once; 0: wait for it to be accepted.
     """
-    if request.whole_or(1, 0) is None:
+    bits = request.whole_or(1, 0)
+    if bits is None or bits < 0:
         return denied("param 1 of a compass calibration should be bits")
-    return supervisor.calibration.request(CalibrationKind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1)
+    return supervisor.calibration.request(
+        CalibrationKind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1, bits=bits
+    )
 
 
 def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:

@@ -71,13 +71,13 @@ class CalibrationService:
             return
         self._percent, self._told_s = percent, now_s
         self._say((f"[cal] progress <{percent}>",))
-        self._send([_mag_cal_progress(i, c, state) for i, c in enumerate(state.compasses)])
+        self._send([_mag_cal_progress(compass, state) for compass in state.compasses])
 
     def _report(self, state: CalibrationState) -> None:
         self._send(
             [
-                _mag_cal_report(i, c, state)
-                for i, c in enumerate(state.compasses)
+                _mag_cal_report(compass, state)
+                for compass in state.compasses
                 if state.phase is not CalibrationPhase.CANCELLED
             ]
         )
@@ -117,19 +117,19 @@ def _ended(state: CalibrationState) -> Sequence[str]:
 
 
 def _mask(compasses: Sequence[CompassState]) -> int:
-    return (1 << len(compasses)) - 1
+    return sum(1 << compass.number for compass in compasses)
 
 
-def _mag_cal_progress(number: int, compass: CompassState, state: CalibrationState) -> Any:
+def _mag_cal_progress(compass: CompassState, state: CalibrationState) -> Any:
     done = round(8 * _MASK_BYTES * compass.progress)  # sections of the sphere there; here a share of the turns
     seen = ((1 << done) - 1).to_bytes(_MASK_BYTES, "little")
     percent, mask = int(100.0 * compass.progress), _mask(state.compasses)
     return mavlink.MAVLink_mag_cal_progress_message(
-        number, mask, _STATUS[state.phase], 1, percent, list(seen), *compass.direction
+        compass.number, mask, _STATUS[state.phase], 1, percent, list(seen), *compass.direction
     )
 
 
-def _mag_cal_report(number: int, compass: CompassState, state: CalibrationState) -> Any:
+def _mag_cal_report(compass: CompassState, state: CalibrationState) -> Any:
     """Offsets in the magnetometer's unit; fitness as the RMS error of the strength, in thousandths of the field."""
     fit = compass.fit
     offset = (0.0, 0.0, 0.0) if fit is None else fit.offset.tolist()
@@ -137,5 +137,5 @@ def _mag_cal_report(number: int, compass: CompassState, state: CalibrationState)
     fitness = 0.0 if fit is None else 1e3 * fit.residual
     saved = int(state.phase is CalibrationPhase.DONE)
     return mavlink.MAVLink_mag_cal_report_message(
-        number, _mask(state.compasses), _STATUS[state.phase], saved, fitness, *offset, a, d, f, b, c, e
+        compass.number, _mask(state.compasses), _STATUS[state.phase], saved, fitness, *offset, a, d, f, b, c, e
     )

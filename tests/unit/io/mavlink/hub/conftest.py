@@ -82,8 +82,8 @@ class FakeCalibration:
         self._take = take
         self.state: CalibrationState | None = None
 
-    def request(self, kind: CalibrationKind, now_s: float, save: bool = True) -> Outcome:
-        return self._take("calibrate", kind, save)
+    def request(self, kind: CalibrationKind, now_s: float, save: bool = True, bits: int = 0) -> Outcome:
+        return self._take("calibrate", kind, save, *([bits] if bits else []))
 
     def accept(self, now_s: float) -> Outcome:
         return self._take("accept")

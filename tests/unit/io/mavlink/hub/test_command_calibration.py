@@ -67,12 +67,17 @@ def test_ardupilots_commands() -> None:
     rig = Rig(["memory:?dialect=ardupilot"])
     for command, params, asked in (
         (START, (0, 1, 0), ("calibrate", CalibrationKind.COMPASS, False)),
-        (START, (1, 0, 1), ("calibrate", CalibrationKind.COMPASS, True)),
+        (START, (1, 0, 1), ("calibrate", CalibrationKind.COMPASS, True, 1)),
         (ACCEPT, (1,), ("accept",)),
         (CANCEL, (), ("cancel",)),
     ):
         rig.supervisor.asked.clear()
         assert result(rig.command(command, *params)) == ACCEPTED and rig.supervisor.asked == [asked]
+
+
+@pytest.mark.parametrize("bits", [-1.0, 0.5])
+def test_what_are_no_bits_of_compasses(rig: Rig, bits: float) -> None:
+    assert result(rig.command(START, bits)) == DENIED and rig.supervisor.asked == []
 
 
 FIT = FieldFit(np.array([1.0, 2.0, 3.0]), np.eye(3), True, 0.01, 0.1, np.full(24, 0.02), np.zeros(24), 0.001)
@@ -85,7 +90,7 @@ def state(
     run: int = 1,
     text: str = "",
 ) -> CalibrationState:
-    compass = CompassState("imu", progress, (0.0, 1.0, 0.0), text or None, FIT if progress >= 1.0 else None)
+    compass = CompassState(0, "imu", progress, (0.0, 1.0, 0.0), text or None, FIT if progress >= 1.0 else None)
     return CalibrationState(run, kind, phase, progress, text, (compass,) if kind is CalibrationKind.COMPASS else ())
 
 
@@ -127,6 +132,15 @@ def test_texts_for_px4_and_messages_for_ardupilot() -> None:
     assert [m.completion_pct for m in progress] == [0, 50] and {m.cal_status for m in progress} == {2}
     assert [(m.cal_status, m.autosaved, m.ofs_z, m.diag_x) for m in reports] == [(4, 0, 3.0, 1.0), (4, 1, 3.0, 1.0)]
     assert not [m for m in px4 if m.get_type().startswith("MAG_CAL")]
+
+
+def test_the_second_compass_alone_has_its_own_number() -> None:
+    rig = Rig(["memory:?dialect=ardupilot"])
+    fitted = state(CalibrationPhase.DONE, 1.0)
+    second = replace(fitted, compasses=(replace(fitted.compasses[0], number=1),))
+    (told,) = show(rig, replace(second, phase=CalibrationPhase.RUNNING), second)
+    numbers = [(m.get_type(), m.compass_id, m.cal_mask) for m in told if m.get_type().startswith("MAG_CAL")]
+    assert numbers == [("MAG_CAL_PROGRESS", 1, 2), ("MAG_CAL_REPORT", 1, 2)]
 
 
 def test_a_failure_and_a_cancelled_one() -> None:
