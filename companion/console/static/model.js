@@ -1,7 +1,7 @@
 // What the page knows: the newest message of each kind, the trail and the strips' samples. Views read it, main.js writes.
 export const model = {
   hello: null, boat: null, tick: null, capability: null, recording: null, link: null,
-  events: [], trail: [], leaderTrail: [], samples: [], heard_ms: -Infinity, delays_ms: [], drawn: 0,
+  events: [], trail: [], leaderTrail: [], samples: [], heard_ms: -Infinity, late_ms: 0, spoke_ms: 0, beat: null, delays_ms: [], drawn: 0,
 };
 
 export const row = () => model.tick?.row ?? null;
@@ -22,6 +22,10 @@ export function take(message) {
     case "capability": model.capability = message.from_rad ? message : null; break;
     case "recording": model.recording = message; model.events = message.events; break;
     case "link": model.link = message; break;
+    case "beat":
+      model.beat = { at_s: message.at_s, got_ms: performance.now() };
+      model.late_ms = 500 * message.round_s; // half the way there and back
+      break;
     case "history":
       model.trail = message.trail.filter((p) => p[0] !== null);
       model.samples = message.t_s.map((t, i) => [t, message.values[i]]);
@@ -37,7 +41,7 @@ export function take(message) {
 function takeTick(message) {
   const before = model.tick?.row.t_s;
   model.tick = message;
-  model.heard_ms = performance.now();
+  model.heard_ms = performance.now() - 1000 * (message.age_s ?? 0);
   const { t_s, north_m, east_m } = message.row;
   if (before === t_s) return;
   const last = model.trail.at(-1);
