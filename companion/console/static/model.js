@@ -60,24 +60,31 @@ function takeTick(message) {
 
 // --- places --------------------------------------------------------------------------------------------------------
 
-const A = 6378137, E2 = 0.00669437999014;
+const A = 6378137, E2 = 0.00669437999014, RAD = Math.PI / 180;
 
-/** Metres for a degree of latitude and of longitude at a latitude: good to millimetres on the few kilometres drawn. */
-function perDegree(lat_deg) {
-  const lat = (lat_deg * Math.PI) / 180, w2 = 1 - E2 * Math.sin(lat) ** 2, w = Math.sqrt(w2);
-  const k = Math.PI / 180;
-  return [(k * A * (1 - E2)) / (w2 * w), (k * A * Math.cos(lat)) / w];
+/** A longitude from −180° to 180°. */
+export const turned = (lon_deg) => lon_deg - 360 * Math.round(lon_deg / 360);
+
+function plane(lat_deg, lon_deg, f) {
+  const lat0 = f.lat_deg * RAD, lat = lat_deg * RAD, dlon = turned(lon_deg - f.lon_deg) * RAD, sine = Math.sin(lat);
+  const w2 = 1 - E2 * Math.sin((lat0 + lat) / 2) ** 2;
+  const meridian = (A * (1 - E2)) / (w2 * Math.sqrt(w2)), vertical = A / Math.sqrt(1 - E2 * sine ** 2);
+  const east = vertical * Math.cos(lat) * dlon;
+  return [meridian * (lat - lat0) + 0.5 * east * dlon * sine, east - (east * dlon * dlon * sine ** 2) / 6];
 }
 
-export function toNed(lat_deg, lon_deg) {
-  const f = frame();
-  const [ns, ew] = perDegree((f.lat_deg + lat_deg) / 2);
-  return [(lat_deg - f.lat_deg) * ns, (lon_deg - f.lon_deg) * ew];
-}
+/** As the boat reckons it (`core/geodesy.py`): a point that is picked must be the one to which it goes. */
+export const toNed = (lat_deg, lon_deg) => plane(lat_deg, lon_deg, frame());
 
+/** The inverse of `toNed`. */
 export function toGeodetic(north_m, east_m) {
-  const f = frame();
-  let lat = f.lat_deg + north_m / perDegree(f.lat_deg)[0];
-  for (let i = 0; i < 2; i++) lat = f.lat_deg + north_m / perDegree((f.lat_deg + lat) / 2)[0];
-  return [lat, f.lon_deg + east_m / perDegree((f.lat_deg + lat) / 2)[1]];
+  const f = frame(), lat0 = f.lat_deg * RAD, w2 = 1 - E2 * Math.sin(lat0) ** 2;
+  const meridian = (A * (1 - E2)) / (w2 * Math.sqrt(w2)), vertical = A / Math.sqrt(w2);
+  let lat = lat0 + north_m / meridian, dlon = east_m / (vertical * Math.cos(lat0));
+  for (let i = 0; i < 3; i++) {
+    const [north, east] = plane(lat / RAD, f.lon_deg + dlon / RAD, f);
+    lat += (north_m - north) / meridian;
+    dlon += (east_m - east) / (vertical * Math.cos(lat));
+  }
+  return [lat / RAD, turned(f.lon_deg + dlon / RAD)];
 }
