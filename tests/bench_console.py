@@ -161,8 +161,9 @@ class Pages:
 
 
 async def _read(page: ClientWebSocketResponse) -> None:
-    async for _ in page:
-        pass
+    async for message in page:
+        if (told := message.json())["kind"] == "beat":
+            await page.send_json({"beat": told["number"]})
 
 
 def _to_pixel(url: str, line: Line) -> None:

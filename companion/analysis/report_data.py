@@ -102,7 +102,7 @@ def read_log(folder: Path) -> Recorded:
     except OSError as error:
         raise LogError(f"{folder}: {error.strerror}: ticks.csv") from error
     if len(table["t_s"]) < 2:
-        raise LogError(f"{folder}: no ticks: the run ended before its first one")
+        raise LogError(f"{folder}: too few ticks: the run ended before its second one")
     ticks = {name: np.asarray(values) for name, values in table.items()}  # no copy: a day's log is large
     if not np.any(np.isfinite(ticks["lat_deg"])):
         _add_places(ticks, log)

@@ -185,8 +185,9 @@ def _links(links: Sequence[tuple[str, ...]]) -> Verdict:
 def _lateness(recorded: Recorded) -> Verdict:
     steps = np.diff(recorded.t_s)
     late = int(np.sum(steps > _LATE_SHARE * recorded.period_s))
-    load = float(np.nanpercentile(recorded.ticks["load"], 95.0))
-    busy = f"load 95 % of the time under {100.0 * load:.0f} %"
+    known = recorded.ticks["load"][np.isfinite(recorded.ticks["load"])]
+    load = float(np.percentile(known, 95.0)) if len(known) else 0.0
+    busy = f"load 95 % of the time under {100.0 * load:.0f} %" if len(known) else "load not known"
     if not late and load > 1.0:  # as by a clock of `--speed` alone, against which the load counts
         text = f"the simulated time waited for the computer: it was to go up to {load:.1f} times as fast as that could"
         return Verdict(Level.NOTE, "lateness", text)
@@ -210,6 +211,7 @@ def thruster_rows(recorded: Recorded) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name in recorded.thrusters:
         throttle = recorded.ticks[f"{name}_throttle"][armed]
+        throttle = throttle[np.isfinite(throttle)]
         if not len(throttle):
             continue
         signs = np.sign(throttle[np.abs(throttle) > 0.02])

@@ -116,8 +116,8 @@ def bands(frame: Frame, label: str, rows: Sequence[tuple[str, Sequence[Band]]], 
 
 
 def stretches(t_s: Array, numbers: NDArray[Any]) -> list[tuple[float, float, int]]:
-    """(begin, end, number) of each stretch of time with the same number."""
-    state = numbers.astype(np.int64)
+    """(begin, end, number) of each stretch of time with the same number; NaN counts as 0."""
+    state = np.nan_to_num(numbers).astype(np.int64)
     borders = (np.flatnonzero(np.diff(state)) + 1).tolist()
     edges = [0, *borders, len(t_s) - 1]
     return [(float(t_s[a]), float(t_s[b]), int(state[a])) for a, b in itertools.pairwise(edges) if b > a]

@@ -67,7 +67,7 @@ class _Labels:
 def track_map(recorded: Recorded, chart: Chart) -> str:
     """A figure with the track by mode, the plan, start and end."""
     ticks = recorded.ticks
-    valid = ticks["position_valid"] > 0.0
+    valid = (ticks["position_valid"] > 0.0) & np.isfinite(ticks["north_m"]) & np.isfinite(ticks["east_m"])
     if not np.any(valid):
         return "<p class='none'>No valid position, so there is no track.</p>"
     x, y = np.where(valid, ticks["east_m"], np.nan), -np.where(valid, ticks["north_m"], np.nan)

@@ -6,6 +6,7 @@ A page gets every event, and of all else the newest: a page that stalls misses t
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import time
 from collections import deque
@@ -41,9 +42,11 @@ class Page:
             self._newest[kind] = text
         self._something.set()
 
-    async def take(self) -> list[str]:
-        """What waits, once there is something: in the order in which a page can use it."""
-        await self._something.wait()
+    async def take(self, longest_s: float | None = None) -> list[str]:
+        """What waits, once there is something: in the order in which a page can use it. Empty after `longest_s`."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(longest_s):
+                await self._something.wait()
         self._something.clear()
         newest, self._newest = self._newest, {}
         events, self._events = list(self._events), deque(maxlen=_MOST_EVENTS)
@@ -61,6 +64,7 @@ class Board:
         self.boat: Message | None = None
         self.tick: Message | None = None
         self.on_boat: Callable[[], None] = lambda: None
+        self._taken_s = 0.0  # when the tick came
         self._history: History | None = None
         self._events: deque[str] = deque(maxlen=_MOST_EVENTS)
         self._others: dict[str, str] = {}
@@ -106,7 +110,7 @@ class Board:
         if self._history is None:
             return
         message["sample"] = self._history.take(message)
-        message["taken_unix_ns"] = time.time_ns()
+        self._taken_s = time.monotonic()
         self.tick = message
         if self.pages:
             self._tell("tick", text_of(message))
@@ -135,6 +139,6 @@ class Board:
         for text in self._events:
             page.put("event", text)
         if self.tick is not None:
-            page.put("tick", text_of(self.tick))
+            page.put("tick", text_of({**self.tick, "age_s": time.monotonic() - self._taken_s}))
         for kind, text in self._others.items():
             page.put(kind, text)

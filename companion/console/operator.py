@@ -167,9 +167,12 @@ class OperatorLink:
         now = max(0, (time.time_ns() - 1_420_070_400_000_000_000) // 10_000)
         self._out.signing.timestamp = max(self._out.signing.timestamp + 1, now)
 
-    async def carry_out(self, order: Order) -> Answer:
-        """Send an order, and wait for the boat's answer."""
+    async def carry_out(self, order: Order, latest_s: float = math.inf) -> Answer:
+        """Send an order, and wait for the boat's answer. After `latest_s`, by the event loop's clock, it is not sent:
+        what a person wanted then may be wrong now."""
         async with self._one_at_a_time:
+            if asyncio.get_running_loop().time() > latest_s:
+                return Answer(False, "came too late, and was not sent")
             await self._connect()
             if self._transport is None or self._transport.is_closing():
                 return Answer(False, f"no link to the boat: {self.fault}")

@@ -22,6 +22,9 @@ TRIMS: Mapping[str, tuple[float, float]] = {
 }
 """Parameters that a page may set, with the range of the page; the boat has its own."""
 
+STOPS = ("hold", "disarm")
+"""Orders that stop the boat: however late one comes, it goes out."""
+
 Asked = Mapping[str, Any]
 
 

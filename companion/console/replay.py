@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import csv
+import math
 import time
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -29,7 +31,8 @@ SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 
 
 class Recording:
-    """A log, read once. A row that is incomplete is left out."""
+    """A log, read once. A row that is incomplete or has no time is left out; for one that cannot be read otherwise, the
+    last one before it that can stands."""
 
     def __init__(self, folder: Path) -> None:
         """Raises LogError for a folder that is no log, or has no tick."""
@@ -39,9 +42,7 @@ class Recording:
         self.devices = (*(row.name for row in self.config.sensors), *(row.name for row in self.config.actuators))
         self._unix_ns: list[int] = []
         self.frame = LocalFrame(self.config.home.lat_deg, self.config.home.lon_deg)
-        self._columns, self._cells = _rows(folder / TICKS)
-        place = self._columns.index("t_s")
-        self.times_s = [float(cells[place]) for cells in self._cells]
+        self._columns, self.times_s, self._cells = _rows(folder / TICKS)
         if not self.times_s:
             raise LogError(f"{folder}: {TICKS} has no rows")
         self.events = _events(folder / EVENTS)
@@ -84,7 +85,7 @@ class Recording:
 
     def tick(self, index: int) -> Message:
         """One row as a message of the feed. What only the feed has is worked out, or missing."""
-        row = row_of(self._columns, self._cells[index])
+        row = self._row(index)
         lat_deg, lon_deg = self.frame.to_geodetic(row["north_m"] or 0.0, row["east_m"] or 0.0)
         variance = (row.get("position_accuracy_m") or 0.0) ** 2
         more = {
@@ -100,6 +101,12 @@ class Recording:
         message: Message = {"kind": "tick", "sequence": index, "row": row, "more": more}
         message["sample"] = sample(message, self.thrusters)
         return message
+
+    def _row(self, index: int) -> Message:
+        for at in range(index, -1, -1):
+            with contextlib.suppress(ValueError):
+                return row_of(self._columns, self._cells[at])
+        return dict.fromkeys(self._columns) | {"t_s": self.times_s[index], "mode": "", "failsafes": ""}
 
     def _health(self, row: Message) -> list[Message]:
         """Of sensors and bridges; ages and links are not in a log."""
@@ -135,11 +142,15 @@ _IN_ROWS = (
 """What a log's rows may have, that the feed has in `more`."""
 
 
+_EVENT = ("severity", "name", "text")
+_FIXES = {int(kind): kind.name for kind in FixType}
+
+
 def _from_columns(row: Mapping[str, Any]) -> Message:
     """Fix, battery and corrections, where the row has them."""
     found: Message = {}
     if row.get("fix") is not None:
-        found |= {"fix": FixType(row["fix"]).name, "satellites": row.get("satellites")}
+        found |= {"fix": _FIXES.get(row["fix"], f"fix {row['fix']:g}"), "satellites": row.get("satellites")}
     if row.get("battery_v") is not None:
         found["battery"] = {
             "voltage_v": row["battery_v"],
@@ -200,22 +211,46 @@ class Player:
             self._show()
 
 
-def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
+def _rows(path: Path) -> tuple[list[str], list[float], list[list[str]]]:
+    """Columns, times, and cells of each row."""
     try:
         lines = path.read_bytes().split(b"\n")[:-1]
     except OSError as error:
         raise LogError(f"{path}: {error.strerror}") from error
     if not lines:
         raise LogError(f"{path}: empty")
-    columns = lines[0].decode().split(",")
-    rows = [line.decode("utf-8", "replace").split(",") for line in lines[1:]]
-    return columns, [cells for cells in rows if len(cells) == len(columns)]
+    columns = lines[0].decode("utf-8", "replace").split(",")
+    if "t_s" not in columns:
+        raise LogError(f"{path}: no column t_s")
+    place, times_s, kept = columns.index("t_s"), [], []
+    for line in lines[1:]:
+        cells = line.decode("utf-8", "replace").split(",")
+        t_s = _time(cells[place]) if len(cells) == len(columns) else None
+        if t_s is not None:
+            times_s.append(t_s)
+            kept.append(cells)
+    return columns, times_s, kept
+
+
+def _time(cell: str | None) -> float | None:
+    """Seconds; None for what is no finite number."""
+    try:
+        t_s = float(cell or "")
+    except ValueError:
+        return None
+    return t_s if math.isfinite(t_s) else None
 
 
 def _events(path: Path) -> list[dict[str, Any]]:
+    """A row without a time, as damage leaves it, is left out."""
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return []
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
-    return [{"kind": "event", **row, "t_s": float(row["t_s"])} for row in csv.DictReader(lines)]
+    timed = ((row, _time(row.get("t_s"))) for row in csv.DictReader(lines))
+    return [
+        {"kind": "event", **{name: row.get(name) or "" for name in _EVENT}, "t_s": t_s}
+        for row, t_s in timed
+        if t_s is not None
+    ]

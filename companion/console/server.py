@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import hashlib
 import json
+import math
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,17 +14,20 @@ from typing import Any
 
 from aiohttp import WSMsgType, web
 
-from companion.console.board import Board, Page
+from companion.console.board import Board, Page, text_of
 from companion.console.doors import Doors
 from companion.console.live import read_feed
 from companion.console.operator import OperatorLink
-from companion.console.orders import OrderError, order_of
+from companion.console.orders import STOPS, OrderError, order_of
+from companion.console.pace import Pace
 from companion.console.replay import Player, Recording
 from companion.console.tiles import Tiles
 from companion.console.weather import keep_polar
 
 STATIC = Path(__file__).parent / "static"
-_PING_S = 5.0
+_PING_S = 30.0  # on a slow network a page still loads then, whose stream is full for so long
+_BEAT_S = 2.0  # between two beats where nothing else goes
+_LATEST_S = 5.0  # from when a page asks for an order until it goes to the boat
 _LARGEST_REQUEST = 16 * 1024
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 
@@ -54,14 +59,14 @@ class Console:
             "replay": settings.log is not None,
             "control": settings.control and settings.log is None,
             "system": settings.system,
+            "page": _page_version(),
             "tiles": None
             if settings.tiles is None
             else {"zooms": list(settings.tiles.zooms), "attribution": settings.tiles.attribution},
         }
         self.board = Board(self._mode)
-        self._link = OperatorLink(
-            self._url, lambda: bool(self.board.pages), self._system, settings.key, settings.system
-        )
+        self._paces: set[Pace] = set()
+        self._link = OperatorLink(self._url, self._attended, self._system, settings.key, settings.system)
 
     def application(self) -> web.Application:
         """What aiohttp serves."""
@@ -92,8 +97,9 @@ class Console:
     # --- the page --------------------------------------------------------------------------------------------------
 
     async def _page(self, request: web.Request) -> web.StreamResponse:
-        name = "index.html" if self._doors.known(request) else "login.html"
-        return web.Response(body=(STATIC / name).read_bytes(), content_type="text/html", charset="utf-8")
+        known = self._doors.known(request)
+        body = (STATIC / ("index.html" if known else "login.html")).read_bytes()
+        return web.Response(body=body, status=200 if known else 401, content_type="text/html", charset="utf-8")
 
     async def _static(self, request: web.Request) -> web.StreamResponse:
         path = STATIC / request.match_info["name"]
@@ -117,34 +123,49 @@ class Console:
     async def _stream(self, request: web.Request) -> web.StreamResponse:
         socket = web.WebSocketResponse(heartbeat=_PING_S, max_msg_size=_LARGEST_REQUEST)
         await socket.prepare(request)
-        page = Page()
+        page, pace = Page(), Pace(_now_s())
         player = None
         if self._settings.log is not None:
             player = Player(self._settings.log, page, self._mode)
         else:
             self.board.welcome(page)
-        work = [asyncio.create_task(self._pass_on(page, socket))]
+            self._paces.add(pace)
+        work = [asyncio.create_task(self._pass_on(page, pace, socket))]
         if player is not None:
             work.append(asyncio.create_task(player.play()))
         try:
             async for message in socket:
-                if message.type is WSMsgType.TEXT and player is not None:
-                    with contextlib.suppress(ValueError, AttributeError):
-                        player.order(json.loads(message.data))
+                if message.type is WSMsgType.TEXT:
+                    with contextlib.suppress(ValueError, AttributeError, TypeError):
+                        self._hear(json.loads(message.data), pace, player)
         finally:
             self.board.pages.discard(page)
+            self._paces.discard(pace)
             for task in work:
                 task.cancel()
             await asyncio.gather(*work, return_exceptions=True)
         return socket
 
     @staticmethod
-    async def _pass_on(page: Page, socket: web.WebSocketResponse) -> None:
+    def _hear(message: Any, pace: Pace, player: Player | None) -> None:
+        if "beat" in message:
+            pace.take(message, _now_s())
+        elif player is not None:
+            player.order(message)
+
+    @staticmethod
+    async def _pass_on(page: Page, pace: Pace, socket: web.WebSocketResponse) -> None:
         """A page that takes nothing holds up this task alone."""
         with contextlib.suppress(ConnectionError):
             while not socket.closed:
-                for text in await page.take():
+                await pace.room()
+                for text in await page.take(_BEAT_S):
                     await socket.send_str(text)
+                await socket.send_str(text_of(pace.beat(_now_s())))
+
+    def _attended(self) -> bool:
+        """Whether a page is open that still answers."""
+        return any(pace.lives(_now_s()) for pace in self._paces)
 
     # --- orders ----------------------------------------------------------------------------------------------------
 
@@ -162,7 +183,8 @@ class Console:
             return _answer(400, "no JSON")
         except OrderError as error:
             return _answer(400, str(error))
-        answer = await self._link.carry_out(order)
+        latest_s = math.inf if asked["order"] in STOPS else _asked_s(asked) + _LATEST_S
+        answer = await self._link.carry_out(order, latest_s)
         return _answer(200 if answer.done else 409, answer.text, answer.done)
 
     def _modes(self) -> Mapping[str, int]:
@@ -185,6 +207,25 @@ class Console:
                 host = "127.0.0.1" if host in ("", "0.0.0.0", "::") else host
                 return f"{'tcpout' if scheme == 'tcpin' else 'udpout'}:{host}:{port}"
         return None
+
+
+def _page_version() -> str:
+    """Another one for each change of the page's files: a page that was opened before it loads itself anew."""
+    digest = hashlib.sha256()
+    for path in sorted(STATIC.iterdir()):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _now_s() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def _asked_s(asked: Mapping[str, Any]) -> float:
+    """When a page asked for an order, by the time that the last beat gave it and its own clock since: a network that
+    was away may bring the order much later."""
+    at_s = asked.get("at_s")
+    return float(at_s) if isinstance(at_s, int | float) and math.isfinite(at_s) else _now_s()
 
 
 def _answer(status: int, text: str, done: bool = False) -> web.Response:

@@ -66,15 +66,19 @@ def sample(message: Mapping[str, Any], thrusters: Sequence[str]) -> list[float |
 
 
 def _position_error_m(row: Mapping[str, Any], pose: bool) -> float | None:
-    north, east = row.get("desired_north_m"), row.get("desired_east_m")
-    if north is None or east is None or not pose:
-        return None
-    return math.hypot(north - row["north_m"], east - row["east_m"])
+    north, east = (_difference(row, name) for name in ("north_m", "east_m"))
+    return None if north is None or east is None or not pose else math.hypot(north, east)
 
 
 def _heading_error_deg(row: Mapping[str, Any]) -> float | None:
-    desired = row.get("desired_yaw_rad")
-    return None if desired is None else math.degrees(math.remainder(row["yaw_rad"] - desired, math.tau))
+    yaw_rad = _difference(row, "yaw_rad")
+    return None if yaw_rad is None else math.degrees(math.remainder(yaw_rad, math.tau))
+
+
+def _difference(row: Mapping[str, Any], name: str) -> float | None:
+    """What is less what is desired; None where one of them is missing."""
+    value, desired = row.get(name), row.get(f"desired_{name}")
+    return None if value is None or desired is None else value - desired
 
 
 def _percent(share: float | None) -> float | None:

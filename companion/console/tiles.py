@@ -57,7 +57,7 @@ class MbTiles:
         self.attribution = str(rows.get("attribution", ""))
 
     def _open(self) -> sqlite3.Connection:
-        return sqlite3.connect(f"file:{self._path}?mode=ro", uri=True)
+        return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro", uri=True)
 
     def tile(self, zoom: int, column: int, row: int) -> tuple[bytes, str] | None:
         """(image, its type), or None where there is none."""

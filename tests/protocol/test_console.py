@@ -134,6 +134,21 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         browser.open("about:blank")
 
 
+def test_the_views_have_their_whole_names_on_a_phone(browser: Browser, tmp_path: Path) -> None:
+    """Of *Command* the last letter was cut off."""
+    with console(str(write_log(tmp_path / "log", seconds=2))) as page:
+        browser.open(page.url)
+        browser.wait("window.usvConsole?.model.tick", "the first tick")
+        browser.run("$('#tab-command').hidden = false")
+        browser.resize(360, 740)
+        cut = browser.run(
+            "return [...$('#tabs').children].filter((b) => b.scrollWidth > b.clientWidth).map((b) => b.textContent)"
+        )
+        browser.resize(1280, 800)
+        browser.open("about:blank")
+    assert cut == []
+
+
 def check_chart(browser: Browser) -> None:
     """The boat is where the chart has (2, 2), and the trail behind it is as long as the way it came."""
     drawn = browser.run(

@@ -1,6 +1,6 @@
 // The chart: plan, zones, home, berth, others around, on a graticule or on tiles from this computer.
 import { arrow, bearing, fromBody, handle, length, number, outline, place, points, rad, round125, roundLabel, say, set, svg } from "./draw.js";
-import { config, model, more, parameters, row, toGeodetic, toNed } from "./model.js";
+import { config, model, more, parameters, row, toGeodetic, toNed, turned } from "./model.js";
 
 const root = document.getElementById("chart");
 const view = { perM: 0, fitted: true, centre: [0, 0], follow: true, w: 0, h: 0 };
@@ -124,8 +124,14 @@ export function draw() {
 
 // --- ground ----------------------------------------------------------------------------------------------------------
 
+/** [south, west, north, east] of the view. East of the 180th meridian the longitudes go on counting. */
+function corners() {
+  const [south, west] = toGeodetic(...placeOf(0, view.h)), [north, east] = toGeodetic(...placeOf(view.w, 0));
+  return [south, west, north, east < west ? east + 360 : east];
+}
+
 function drawGraticule() {
-  const [lat0, lon0] = toGeodetic(...placeOf(0, view.h)), [lat1, lon1] = toGeodetic(...placeOf(view.w, 0));
+  const [lat0, lon0, lat1, lon1] = corners();
   const steps = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60].map((minutes) => minutes / 60);
   steps.unshift(0.0001 / 60, 0.0002 / 60, 0.0005 / 60, 0.001 / 60, 0.002 / 60, 0.005 / 60);
   const choose = (span, size, gap) => steps.find((s) => (s / span) * size >= gap) ?? 2;
@@ -141,7 +147,7 @@ function drawGraticule() {
   for (let i = Math.ceil(lon0 / east); i * east <= lon1; i++) {
     const x = pixel(...toNed(lat0, i * east))[0];
     path += `M${x} 0V${view.h}`;
-    if (x > 30 && x < view.w - 60) labels.push([x + 4, view.h - 38, "start", place(i * east, "lon", digits(east))]);
+    if (x > 30 && x < view.w - 60) labels.push([x + 4, view.h - 38, "start", place(turned(i * east), "lon", digits(east))]);
   }
   set(shape.graticule, { d: path });
   while (shape.names.children.length < labels.length) svg("text", { class: "faint halo t11" }, shape.names);
@@ -161,13 +167,13 @@ function drawTiles() {
   while (zoom > known.zooms[0] && metres(zoom) * view.perM < 190) zoom--;
   const column = (lon) => ((lon + 180) / 360) * 2 ** zoom;
   const line = (lat) => ((1 - Math.asinh(Math.tan(rad(lat))) / Math.PI) / 2) * 2 ** zoom;
-  const [south, west] = toGeodetic(...placeOf(0, view.h)), [north, east] = toGeodetic(...placeOf(view.w, 0));
+  const [south, west, north, east] = corners();
   const used = new Set();
   if ((column(east) - column(west)) * (line(south) - line(north)) < 200) {
     for (let x = Math.floor(column(west)); x <= column(east); x++) for (let y = Math.floor(line(north)); y <= line(south); y++) {
       const key = `${zoom}/${x}/${y}`;
       used.add(key);
-      if (!images.has(key)) images.set(key, svg("image", { href: `/tiles/${key}`, preserveAspectRatio: "none" }, layer.tiles));
+      if (!images.has(key)) images.set(key, svg("image", { href: `/tiles/${zoom}/${x % 2 ** zoom}/${y}`, preserveAspectRatio: "none" }, layer.tiles));
       const lon = (c) => (c / 2 ** zoom) * 360 - 180, lat = (l) => (Math.atan(Math.sinh(Math.PI * (1 - (2 * l) / 2 ** zoom))) * 180) / Math.PI;
       const [px, py] = pixel(...toNed(lat(y), lon(x))), [qx, qy] = pixel(...toNed(lat(y + 1), lon(x + 1)));
       set(images.get(key), { x: px, y: py, width: qx - px + 0.5, height: qy - py + 0.5 });

@@ -11,25 +11,56 @@ import * as replay from "./replay.js";
 
 const STALE_MS = 900, AGAIN_MS = 1000, STRIPS_MS = 250, NEWS_MS = 7000, PALETTES = ["day", "dusk", "night"];
 const at = (id) => document.getElementById(id);
-let socket = null, due = false, stripsDue = 0, welcomed = 0;
+const SILENT_MS = 10000, LONGEST_MS = 60000;
+let socket = null, due = false, stripsDue = 0, welcomed = 0, patience_ms = SILENT_MS, version = null, letIn = false;
 
 // --- the stream ------------------------------------------------------------------------------------------------------
 
 function open() {
-  socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/stream`);
-  socket.onmessage = (event) => {
+  const opened = socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/stream`);
+  model.spoke_ms = performance.now();
+  opened.onmessage = (event) => {
+    if (opened !== socket) return;
+    model.spoke_ms = performance.now();
     const message = JSON.parse(event.data);
+    if (message.kind === "beat") { patience_ms = SILENT_MS; opened.send(JSON.stringify({ beat: message.number })); }
     take(message);
     if (message.kind === "hello") { greet(message); welcomed = performance.now(); }
     if (message.kind === "event" && performance.now() - welcomed > 1500) tell(message);
     if (message.kind === "tick" || message.kind === "history") request();
   };
-  socket.onclose = () => setTimeout(open, AGAIN_MS);
+  opened.onopen = () => { letIn = true; };
+  opened.onclose = () => { if (opened === socket) again(); };
+}
+
+function again() {
+  socket = null;
+  setTimeout(open, AGAIN_MS);
+  if (!letIn) mindLogin();
+  letIn = false;
+}
+
+/** A console that has begun anew knows no session: the page must log in again. */
+async function mindLogin() {
+  try {
+    const answer = await fetch("/", { method: "HEAD", signal: AbortSignal.timeout(SILENT_MS) });
+    if (answer.status === 401) location.reload();
+  } catch { /* no console, or no network */ }
+}
+
+/** A network that comes back does not always bring back a connection, nor say that it is gone. */
+function mindSilence() {
+  if (!socket || performance.now() - model.spoke_ms < patience_ms) return;
+  patience_ms = Math.min(2 * patience_ms, LONGEST_MS); // a slow network may need longer for the first messages
+  socket.close();
+  again();
 }
 
 replay.connect((asked) => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(asked)); });
 
 function greet(hello) {
+  version ??= hello.console.page;
+  if (version !== hello.console.page) { location.hash = document.body.dataset.view; location.reload(); }
   say(at("vessel"), hello.configuration.title);
   say(at("where"), hello.console.replay ? `Log ${hello.console.log}` : "Live");
   document.title = `${hello.configuration.name} console`;
@@ -97,7 +128,8 @@ function drawBar() {
 
 /** Stale within a second of silence, whatever the reason. */
 function watch() {
-  const age = performance.now() - model.heard_ms, stale = Boolean(model.tick) && age > STALE_MS;
+  mindSilence();
+  const age = performance.now() - model.heard_ms + model.late_ms, stale = Boolean(model.tick) && age > STALE_MS;
   document.body.classList.toggle("stale", stale);
   const lost = model.link && !model.link.feed;
   say(at("age"), !model.tick ? "waiting" : stale ? `stale ${(age / 1000).toFixed(0)} s` : model.recording ? "log" : "live");

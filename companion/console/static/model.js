@@ -1,7 +1,7 @@
 // What the page knows: the newest message of each kind, the trail and the strips' samples. Views read it, main.js writes.
 export const model = {
   hello: null, boat: null, tick: null, capability: null, recording: null, link: null,
-  events: [], trail: [], leaderTrail: [], samples: [], heard_ms: -Infinity, delays_ms: [], drawn: 0,
+  events: [], trail: [], leaderTrail: [], samples: [], heard_ms: -Infinity, late_ms: 0, spoke_ms: 0, beat: null, delays_ms: [], drawn: 0,
 };
 
 export const row = () => model.tick?.row ?? null;
@@ -22,6 +22,10 @@ export function take(message) {
     case "capability": model.capability = message.from_rad ? message : null; break;
     case "recording": model.recording = message; model.events = message.events; break;
     case "link": model.link = message; break;
+    case "beat":
+      model.beat = { at_s: message.at_s, got_ms: performance.now() };
+      model.late_ms = 500 * message.round_s; // half the way there and back
+      break;
     case "history":
       model.trail = message.trail.filter((p) => p[0] !== null);
       model.samples = message.t_s.map((t, i) => [t, message.values[i]]);
@@ -37,7 +41,7 @@ export function take(message) {
 function takeTick(message) {
   const before = model.tick?.row.t_s;
   model.tick = message;
-  model.heard_ms = performance.now();
+  model.heard_ms = performance.now() - 1000 * (message.age_s ?? 0);
   const { t_s, north_m, east_m } = message.row;
   if (before === t_s) return;
   const last = model.trail.at(-1);
@@ -56,24 +60,31 @@ function takeTick(message) {
 
 // --- places --------------------------------------------------------------------------------------------------------
 
-const A = 6378137, E2 = 0.00669437999014;
+const A = 6378137, E2 = 0.00669437999014, RAD = Math.PI / 180;
 
-/** Metres for a degree of latitude and of longitude at a latitude: good to millimetres on the few kilometres drawn. */
-function perDegree(lat_deg) {
-  const lat = (lat_deg * Math.PI) / 180, w2 = 1 - E2 * Math.sin(lat) ** 2, w = Math.sqrt(w2);
-  const k = Math.PI / 180;
-  return [(k * A * (1 - E2)) / (w2 * w), (k * A * Math.cos(lat)) / w];
+/** A longitude from −180° to 180°. */
+export const turned = (lon_deg) => lon_deg - 360 * Math.round(lon_deg / 360);
+
+function plane(lat_deg, lon_deg, f) {
+  const lat0 = f.lat_deg * RAD, lat = lat_deg * RAD, dlon = turned(lon_deg - f.lon_deg) * RAD, sine = Math.sin(lat);
+  const w2 = 1 - E2 * Math.sin((lat0 + lat) / 2) ** 2;
+  const meridian = (A * (1 - E2)) / (w2 * Math.sqrt(w2)), vertical = A / Math.sqrt(1 - E2 * sine ** 2);
+  const east = vertical * Math.cos(lat) * dlon;
+  return [meridian * (lat - lat0) + 0.5 * east * dlon * sine, east - (east * dlon * dlon * sine ** 2) / 6];
 }
 
-export function toNed(lat_deg, lon_deg) {
-  const f = frame();
-  const [ns, ew] = perDegree((f.lat_deg + lat_deg) / 2);
-  return [(lat_deg - f.lat_deg) * ns, (lon_deg - f.lon_deg) * ew];
-}
+/** As the boat reckons it (`core/geodesy.py`): a point that is picked must be the one to which it goes. */
+export const toNed = (lat_deg, lon_deg) => plane(lat_deg, lon_deg, frame());
 
+/** The inverse of `toNed`. */
 export function toGeodetic(north_m, east_m) {
-  const f = frame();
-  let lat = f.lat_deg + north_m / perDegree(f.lat_deg)[0];
-  for (let i = 0; i < 2; i++) lat = f.lat_deg + north_m / perDegree((f.lat_deg + lat) / 2)[0];
-  return [lat, f.lon_deg + east_m / perDegree((f.lat_deg + lat) / 2)[1]];
+  const f = frame(), lat0 = f.lat_deg * RAD, w2 = 1 - E2 * Math.sin(lat0) ** 2;
+  const meridian = (A * (1 - E2)) / (w2 * Math.sqrt(w2)), vertical = A / Math.sqrt(w2);
+  let lat = lat0 + north_m / meridian, dlon = east_m / (vertical * Math.cos(lat0));
+  for (let i = 0; i < 3; i++) {
+    const [north, east] = plane(lat / RAD, f.lon_deg + dlon / RAD, f);
+    lat += (north_m - north) / meridian;
+    dlon += (east_m - east) / (vertical * Math.cos(lat));
+  }
+  return [lat / RAD, turned(f.lon_deg + dlon / RAD)];
 }

@@ -7,6 +7,7 @@ import { config, model, parameters, row, toGeodetic } from "./model.js";
 const panel = document.getElementById("orders");
 const said = html("p", { id: "said", role: "status" });
 const TRIMS = [["DP_BW_SURGE", "Bandwidth surge", "rad/s"], ["DP_BW_SWAY", "Bandwidth sway", "rad/s"], ["DP_BW_YAW", "Bandwidth yaw", "rad/s"], ["WP_SPEED", "Mission speed", "m/s"]];
+const ANSWER_MS = 20000;
 const STEPS = [0.1, 0.5, 1, 2];
 let made = false, known = null, picking = false, ghost = null, station = null, dialled = null, step = 0.5;
 const element = {};
@@ -15,8 +16,11 @@ const element = {};
 export async function order(what, label) {
   say(said, `${label}…`);
   said.className = "";
+  const { beat } = model, at_s = beat ? beat.at_s + (performance.now() - beat.got_ms) / 1000 : undefined;
   try {
-    const answer = await fetch("/api/order", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(what) });
+    const answer = await fetch("/api/order", {
+      method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ ...what, at_s }), signal: AbortSignal.timeout(ANSWER_MS),
+    });
     const { done, text } = await answer.json();
     said.className = done ? "good" : "bad";
     say(said, done ? `${label}: done` : `${label}: ${text}`);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import shutil
@@ -319,6 +320,23 @@ def test_an_older_log_without_the_later_columns_has_its_track(sailed: Path, tmp_
     assert recorded.ticks["lat_deg"][valid] == pytest.approx(now.ticks["lat_deg"][valid], abs=2e-8)
     write_report(log, log / "report.html")
     assert "Voltage, V: not in this log" in (log / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_boat_that_knew_nothing_has_a_page(sailed: Path, tmp_path: Path) -> None:
+    """It ended in an error of the chart's size, or said that the load was "nan %"."""
+    folder = tmp_path / "log"
+    shutil.copytree(sailed, folder)
+    ticks = folder / "ticks.csv"
+    header, *rows = csv.reader(ticks.read_text().splitlines())
+    known = ("t_s", "time_unix_ns", "mode", "armed", "position_valid")
+    lines = [",".join(cell if name in known else "" for name, cell in zip(header, row, strict=True)) for row in rows]
+    ticks.write_text("\n".join([",".join(header), *lines, ""]))
+    write_report(folder, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for text in ("No valid position", "load not known"):
+        assert text in page
+    told = page.partition("<script>")[0]
+    assert not re.search(r"\bnan\b", told), re.findall(r".{40}\bnan\b.{20}", told)
 
 
 def test_waypoints_have_the_plans_numbers_and_no_label_covers_another() -> None:

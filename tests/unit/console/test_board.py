@@ -6,6 +6,8 @@ import asyncio
 import json
 from typing import Any
 
+import pytest
+
 from companion.app import load_vessel
 from companion.config.vessel import as_dict
 from companion.console.board import Board, Page
@@ -56,3 +58,21 @@ def test_a_boat_that_begins_anew_has_no_past() -> None:
     board.welcome(page)
     history = next(m for m in taken(page) if m["kind"] == "history")
     assert history["t_s"] == [1.0]
+
+
+def test_a_page_that_opens_after_the_boat_has_ended_is_told_how_old_the_tick_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It showed the tick as live, and counted its age from when the page was opened."""
+    now_s = 50.0
+    monkeypatch.setattr("companion.console.board.time.monotonic", lambda: now_s)
+    board, page = Board({}), Page()
+    board.take(dict(HELLO))
+    board.take(ticked(1.0))
+    now_s = 3650.0
+    board.welcome(page)
+    assert next(m for m in taken(page) if m["kind"] == "tick")["age_s"] == 3600.0
+
+
+def test_a_page_for_which_nothing_comes_takes_nothing() -> None:
+    assert asyncio.run(Page().take(0.0)) == []

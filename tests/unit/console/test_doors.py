@@ -96,6 +96,26 @@ def test_without_a_boat_an_order_says_so_and_without_control_it_is_refused() -> 
     assert statuses(Settings(), ("POST", "/api/order", own)) == [403]
 
 
+def test_an_order_that_was_long_under_way_is_not_sent_unless_it_stops_the_boat() -> None:
+    """The network held it for a minute, and then the boat moved."""
+
+    async def texts(session: ClientSession, url: str) -> list[str]:
+        found = []
+        for order in ("arm", "disarm", "hold"):
+            asked_s = asyncio.get_running_loop().time() - 60.0
+            order_json = {"order": order, "at_s": asked_s}
+            async with session.post(url + "/api/order", json=order_json, headers={"Origin": url}) as answer:
+                found.append((await answer.json())["text"].partition(":")[0])
+        return found
+
+    assert asked(HERE, texts) == ["came too late, and was not sent", "no link to the boat", "no link to the boat"]
+
+
+def test_a_page_that_must_log_in_can_tell() -> None:
+    assert statuses(NETWORK, ("HEAD", "/", {}), ("GET", "/", {})) == [401, 401]
+    assert statuses(HERE, ("HEAD", "/", {}), ("GET", "/", {})) == [200, 200]
+
+
 def test_beyond_this_computer_nothing_goes_without_the_token() -> None:
     own = {**HOLD, "headers": OWN}
     login = ("POST", "/api/login", {"json": {"token": TOKEN}, "headers": OWN})

@@ -77,3 +77,13 @@ def test_a_refusal_has_its_reason_each_time() -> None:
         "Nudge refused: arm first",
         "denied",  # one of two reasons
     ]
+
+
+def test_an_order_that_waited_too_long_behind_others_is_not_sent() -> None:
+    """Nudges that were asked for while the boat did not answer went out one by one when it came back."""
+
+    async def late() -> Answer:
+        link = OperatorLink(lambda: "tcpout:127.0.0.1:9", lambda: True, lambda: 1)
+        return await link.carry_out(CommandOrder(176, (1.0, 6.0)), asyncio.get_running_loop().time() - 0.1)
+
+    assert asyncio.run(late()) == Answer(False, "came too late, and was not sent")

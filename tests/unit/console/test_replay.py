@@ -98,3 +98,34 @@ def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
 def test_what_is_no_log_is_said(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="no log folder"):
         Recording(tmp_path)
+
+
+def damaged(path: Path, row: int, column: str, cell: str) -> None:
+    lines = path.read_text().split("\n")
+    cells = lines[row].split(",")
+    cells[lines[0].split(",").index(column)] = cell
+    lines[row] = ",".join(cells)
+    path.write_text("\n".join(lines))
+
+
+def test_a_damaged_row_costs_that_row_alone(tmp_path: Path) -> None:
+    """One bad cell stopped the playing there, or kept the whole log shut; so did a bad row of events.csv."""
+    folder = write_log(tmp_path / "log", seconds=10)
+    damaged(folder / "ticks.csv", 11, "north_m", "x?y")
+    damaged(folder / "ticks.csv", 21, "t_s", "")
+    with (folder / "events.csv").open("a") as file:
+        file.write("garbage\n\0\0\n")
+    recording = Recording(folder)
+    assert recording.tick(recording.index(1.0))["row"]["north_m"] == pytest.approx(0.09)  # of the row before
+    assert 2.0 not in recording.times_s and len(recording.times_s) == 99
+    assert len(recording.events) == 1
+
+
+def test_a_log_of_a_boat_that_knew_nothing_plays(tmp_path: Path) -> None:
+    folder = write_log(tmp_path / "log", seconds=2)
+    for row in range(1, 21):
+        for column in ("north_m", "east_m", "yaw_rad"):
+            damaged(folder / "ticks.csv", row, column, "")
+        damaged(folder / "ticks.csv", row, "fix", "9")  # of a later version
+    made = Recording(folder).tick(10)
+    assert made["sample"][0] is None and made["sample"][2] is None and made["more"]["fix"] == "fix 9"

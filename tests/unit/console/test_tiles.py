@@ -121,3 +121,9 @@ def test_a_damaged_pmtiles_file_is_said_or_has_no_tile(tmp_path: Path) -> None:
         (tmp_path / "cut.pmtiles").write_bytes(data[:cut])
         with contextlib.suppress(TileError):
             open_tiles(tmp_path / "cut.pmtiles").tile(2, 0, 0)
+
+
+def test_a_name_may_have_signs_that_mean_something_in_an_address(tmp_path: Path) -> None:
+    """`charts #2.mbtiles` was "unable to open database file"."""
+    tiles = open_tiles(tiles_file(tmp_path / "charts #2, 50%20?.mbtiles"))
+    assert tiles.tile(3, 4, 6) == (b"\x89PNG tile", "image/png")
