@@ -23,6 +23,7 @@ _OVERVOLTED = 1.5  # times the highest voltage in the table of motors
 _OUTSIDE = 1.1  # of half the length or beam
 _ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
+_WIDE_TURN = 10.0  # lengths across: twice the 5 that ships may take (IMO MSC.137(76))
 _USUAL_DEG = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)  # directions of fixed thrusters
 _SLOW_DPS = 4.0  # slower than drives turn; in radians 0.07 to 4 are usual
 _PLANES_MOST = 12.0  # times the hull speed: faster than boats plane; in km/h or knots 15 m/s is usual there
@@ -268,6 +269,24 @@ def _turning(config: VesselConfig) -> Iterator[Judgement]:
         )
 
 
+def _wide_turns(config: VesselConfig) -> Iterator[Judgement]:
+    """A jet neither brakes nor turns on the spot: what its nozzle gives at cruise is how it turns."""
+    cruise_mps = config.parameters.get("WP_SPEED")
+    if cruise_mps is None or not any(thruster.kind == "jet" for thruster in config.thrusters):
+        return
+    d = config.hull.damping
+    linear = d.n_r + d.n_ur * cruise_mps
+    root = math.sqrt(max(0.0, linear * linear + 4.0 * d.n_rr * config.limits.yaw_nm))
+    across_m = cruise_mps * (root + linear) / config.limits.yaw_nm  # 2 U / r
+    if across_m > _WIDE_TURN * config.length_m:
+        yield Judgement(
+            ("limits", "yaw_nm"),
+            f"a turning circle of {across_m:.0f} m at {cruise_mps:.1f} m/s by its nozzle, "
+            f"{across_m / config.length_m:.0f} lengths",
+            "Missions, RTL and Follow: it swings as wide at corners. Plan for that room, or measure yaw_nm and damping",
+        )
+
+
 def _places(config: VesselConfig) -> Iterator[Judgement]:
     most_x_m, most_y_m = 0.5 * _OUTSIDE * config.length_m + 0.1, 0.5 * _OUTSIDE * config.beam_m
     for i, thruster in enumerate(config.thrusters):
@@ -414,6 +433,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _volts,
     _battery,
     _turning,
+    _wide_turns,
     _places,
     _hulls,
     _ports,

@@ -8,7 +8,7 @@ import pytest
 
 from companion.cli.new_file import Answers, file_text
 from companion.config.plausibility import judgements
-from companion.config.vessel import ConfigError, parse
+from companion.config.vessel import ConfigError, find, load, parse
 
 ANSWERS = Answers(
     "cat", "Cat", "catamaran", 1.6, 1.0, 55.0, None, 0.25, None, "twin", "60", None, 0.75,
@@ -112,6 +112,14 @@ def test_what_only_follows_from_a_mistake_is_not_said(text: str, right: str, wro
     with pytest.raises(ConfigError) as caught:
         parse(text.replace(right, wrong, 1), "boat.toml")
     assert len(caught.value.problems) == 1, caught.value.problems
+
+
+def test_a_jet_that_hardly_turns_its_hull_is_noted() -> None:
+    """A catamaran of 9 t came 100 m off a square with legs of 320 m, and was without fault by its file."""
+    large = replace(ANSWERS, length_m=12.0, beam_m=4.5, mass_kg=9000.0, hull_beam_m=1.3, layout="jet", motor="16000")
+    notes = [str(found) for found in judgements(parse(file_text(replace(large, top_speed_mps=9.26)), "boat.toml"))]
+    assert any("a turning circle of 286 m at 5.2 m/s" in note and "24 lengths" in note for note in notes), notes
+    assert not any("by its nozzle" in str(found) for found in judgements(load(find("rescuerunner"))))
 
 
 def test_damping_in_yaw_that_falls_with_the_rate_is_a_boat() -> None:
