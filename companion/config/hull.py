@@ -11,6 +11,8 @@ from typing import Annotated, Literal
 
 from companion.config.fields import STRICT, NonNegative, Positive, derived, means
 
+_GRAVITY_MPS2 = 9.81
+_AXES = {"x_u": "surge", "y_v": "sway", "n_r": "yaw"}
 AIR_KGPM3 = 1.225  # density at 15 °C and sea level, for which the factors of `WindageConfig` are
 
 
@@ -166,6 +168,23 @@ def resistance_problems(hull: HullConfig, place: tuple[str | int, ...]) -> list[
         return []
     text = "needs two pairs or more of speed and force, from [0, 0] with rising speeds and no negative force"
     return [((*place, "resistance"), text)]
+
+
+def damping_problems(hull: HullConfig, length_m: float) -> list[tuple[tuple[str | int, ...], str]]:
+    """Damping that drives the boat on at half its hull speed, or as it turns or slides at a usual rate: with the signs
+    of Fossen's derivatives, which are negative."""
+    d = hull.damping
+    ahead_mps = 0.5 * math.sqrt(_GRAVITY_MPS2 * length_m / math.tau)
+    resisting = {
+        "x_u": hull.drag_n(ahead_mps),
+        "y_v": d.y_v + d.y_vv * 0.5 * ahead_mps,
+        "n_r": d.n_r + d.n_rr * ahead_mps / length_m,
+    }
+    return [
+        (("hull", "damping", key), f"the damping of {_AXES[key]} drives the boat on: positive is what resists")
+        for key, value in resisting.items()
+        if value < 0.0
+    ]
 
 
 def _is_curve(points: tuple[tuple[float, float], ...]) -> bool:

@@ -17,6 +17,7 @@ from companion.config.kinds import Place, Problem
 from companion.config.units import unit_of
 
 MISSING = "is missing"  # how a problem of a key that is not there begins
+_NOTHING = object()
 _ALIKE = 0.6  # of difflib: what one would take for the same word
 _REMEDIES = (  # what pydantic says, and what it means for the file
     ("Unexpected keyword argument", "unknown key; check the spelling"),
@@ -56,24 +57,40 @@ def problems_of(
             continue
         if kind == "too_short" and any(other != place and _below(other, [place]) for other, _, _ in found):
             continue
-        if kind == "missing":
+        if _is_one_table(data, place, kind):
+            if place not in meant:  # else it is [actuator.mavlink] below a row that was misspelt as [[actuators]]
+                problems.append((place, f"is a list of tables: each begins with [[{_header(place)}]]"))
+        elif kind == "missing":
             problems.append((place, _missing(root, place)))
-        elif place in unknown:
-            problems.append((place, _unknown(unknown[place])))
         else:
-            problems.append((place, remedy(text)))
+            problems.append((place, _unknown(unknown[place]) if place in unknown else remedy(text)))
     return problems
 
 
 def _stands(data: Mapping[str, Any], place: Place) -> bool:
     """Whether the file itself has something at a place."""
+    return _at(data, place) is not _NOTHING
+
+
+def _at(data: Mapping[str, Any], place: Place) -> Any:
+    """What the file itself has at a place, or `_NOTHING`."""
     inner: Any = data
     try:
         for part in place:
             inner = inner[part]
     except (LookupError, TypeError):
-        return False
-    return True
+        return _NOTHING
+    return inner
+
+
+def _is_one_table(data: Mapping[str, Any], place: Place, kind: str) -> bool:
+    """Whether the file has one table where it should have rows."""
+    return kind == "tuple_type" and isinstance(_at(data, place), Mapping)
+
+
+def _header(place: Place) -> str:
+    """What stands in the brackets of a row."""
+    return ".".join(part for part in place if isinstance(part, str))
 
 
 def _is_derived(data: Mapping[str, Any], place: Place, kind: str) -> bool:

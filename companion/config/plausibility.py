@@ -23,10 +23,14 @@ _OVERVOLTED = 1.5  # times the highest voltage in the table of motors
 _OUTSIDE = 1.1  # of half the length or beam
 _ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
+_WIDE_TURN = 10.0  # lengths across: twice the 5 that ships may take (IMO MSC.137(76))
 _USUAL_DEG = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)  # directions of fixed thrusters
 _SLOW_DPS = 4.0  # slower than drives turn; in radians 0.07 to 4 are usual
+_PLANES_MOST = 12.0  # times the hull speed: faster than boats plane; in km/h or knots 15 m/s is usual there
 _CRAWL = 0.2  # of the hull speed: slower than any boat's top speed
+_GYRATION = (0.1, 0.5)  # of the length: a rod has 0.29, a hull with its water 0.2 to 0.3
 _OVERHANG = 0.75  # of length and beam, from the middle: on a bowsprit or an outrigger
+_LIGHTER = 0.98  # of the mass: less is not rounding
 _MASTS = 3.0  # lengths, and 2 m: higher than any mast
 _NUMBERED = re.compile(r"/dev/tty(USB|ACM)\d+")
 _LONG_S = 60.0  # of silence: no device that is well is silent for so long
@@ -61,6 +65,28 @@ def _damping(config: VesselConfig) -> Iterator[Judgement]:
         if not any(terms):
             text = f"no damping of {'surge' if axis[0] == 'x' else 'sway' if axis[0] == 'y' else 'yaw'}"
             yield Judgement(("hull", "damping", axis), text, means)
+
+
+def _inertia(config: VesselConfig) -> Iterator[Judgement]:
+    """What no hull of that mass and length can have."""
+    hull = config.hull
+    for key in ("m11_kg", "m22_kg"):
+        value_kg = getattr(hull, key)
+        if hull.mass_kg is not None and value_kg < _LIGHTER * hull.mass_kg:
+            yield Judgement(
+                ("hull", key),
+                f"{value_kg:g} kg are less than mass_kg, {hull.mass_kg:g} kg: it is the mass and the water with it",
+                "All modes: thrust moves the boat less than the model says",
+            )
+    gyration_m = math.sqrt(hull.m33_kgm2 / hull.m22_kg)
+    least, most = (share * config.length_m for share in _GYRATION)
+    if not least <= gyration_m <= most:
+        yield Judgement(
+            ("hull", "m33_kgm2"),
+            f"{hull.m33_kgm2:g} kg m² for {hull.m22_kg:g} kg sideways are a radius of {gyration_m:.2g} m, usual are "
+            f"{least:.2g} to {most:.2g} m: check both",
+            "All modes: the bow swings, or turns late",
+        )
 
 
 def _thrust(config: VesselConfig) -> Iterator[Judgement]:
@@ -143,6 +169,13 @@ def _speed(config: VesselConfig) -> Iterator[Judgement]:
             ("hull", "top_speed_mps"),
             f"{given_mps:g} m/s are {given_mps / hull_mps:.2f} times the hull speed: check it, in m/s",
             "All modes: the model takes the water for much thicker than it is",
+        )
+    if config.hull.resistance and given_mps is not None and given_mps > _PLANES_MOST * hull_mps:
+        yield Judgement(
+            ("hull", "top_speed_mps"),
+            f"{given_mps:g} m/s is faster than a boat of {config.length_m:g} m planes: check it, in m/s; "
+            f"{given_mps:g} km/h are {given_mps / 3.6:.1f} m/s, {given_mps:g} knots {given_mps * 0.5144:.1f} m/s",
+            "Missions and RTL: planned for a faster boat",
         )
     if (
         not config.hull.resistance
@@ -233,6 +266,24 @@ def _turning(config: VesselConfig) -> Iterator[Judgement]:
             ("hull", "damping", "n_rr"),
             f"a turning circle of {across_m:.1f} m at 1 m/s, far under the hull's length",
             "Missions and Follow: the model turns faster than the boat will, and bends are cut",
+        )
+
+
+def _wide_turns(config: VesselConfig) -> Iterator[Judgement]:
+    """A jet neither brakes nor turns on the spot: what its nozzle gives at cruise is how it turns."""
+    cruise_mps = config.parameters.get("WP_SPEED")
+    if cruise_mps is None or not any(thruster.kind == "jet" for thruster in config.thrusters):
+        return
+    d = config.hull.damping
+    linear = d.n_r + d.n_ur * cruise_mps
+    root = math.sqrt(max(0.0, linear * linear + 4.0 * d.n_rr * config.limits.yaw_nm))
+    across_m = cruise_mps * (root + linear) / config.limits.yaw_nm  # 2 U / r
+    if across_m > _WIDE_TURN * config.length_m:
+        yield Judgement(
+            ("limits", "yaw_nm"),
+            f"a turning circle of {across_m:.0f} m at {cruise_mps:.1f} m/s by its nozzle, "
+            f"{across_m / config.length_m:.0f} lengths",
+            "Missions, RTL and Follow: it swings as wide at corners. Plan for that room, or measure yaw_nm and damping",
         )
 
 
@@ -371,6 +422,7 @@ def _ports(config: VesselConfig) -> Iterator[Judgement]:
 
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
+    _inertia,
     _thrust,
     _sides,
     _radians,
@@ -381,6 +433,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _volts,
     _battery,
     _turning,
+    _wide_turns,
     _places,
     _hulls,
     _ports,

@@ -46,7 +46,7 @@ from companion.config.fields import (
     derived,
     means,
 )
-from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
+from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, damping_problems, resistance_problems
 from companion.config.hull_flow import CrossFlowConfig, Equations, LiftConfig
 from companion.config.kinds import Equipment, Problem
 from companion.config.losses import LossConfig
@@ -481,6 +481,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
         *rudder_problems(config.thrusters, config.limits.sway_n),
         *sail_problems(config),
         *resistance_problems(config.hull, ("hull",)),
+        *damping_problems(config.hull, config.length_m),
         *_inertia_problems(config.hull),
         *([] if config.sitl is None else _sitl_problems(config.sitl, len(config.thrusters))),
     ]

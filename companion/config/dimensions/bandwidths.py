@@ -158,7 +158,7 @@ def _lookahead_m(hull: HullConfig, cruise_mps: float, least_m: float) -> float:
 def _spin_radps(hull: HullConfig, moment_nm: float) -> float:
     """Yaw rate at rest at which damping takes the moment."""
     d = hull.damping
-    return (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * moment_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
+    return (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * moment_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr > 0.0 else 0.3
 
 
 def _cruise_mps(hull: HullConfig, top_mps: float, length_m: float) -> float:

@@ -65,7 +65,8 @@ def completed(data: Mapping[str, Any]) -> Completion:
     """Fill in thrust by motor, the hull by its dimensions, limits by thrusters and parameters by all of them."""
     work = _Work(dict(data))
     boat, problems = _dimensions(work)
-    thrusters = _thrusters(work, boat)
+    unclear = boat is None and (bool(problems) or _has_form(work))
+    thrusters = _thrusters(work, boat, explained=unclear)
     work.problems += problems
     if thrusters is None:
         work.moot.append(("limits",))
@@ -73,9 +74,15 @@ def completed(data: Mapping[str, Any]) -> Completion:
         _limits(work, boat, thrusters)
     if boat is not None and thrusters is not None:
         _hull(work, boat, thrusters)
-    elif problems or (isinstance(work.data.get("hull"), dict) and "form" in work.data["hull"]):
+    elif problems or _has_form(work):
         work.moot.append(("hull",))
     return Completion(work.data, tuple(work.figures), tuple(work.problems), tuple(work.moot))
+
+
+def _has_form(work: _Work) -> bool:
+    """Whether the file means the model to follow from the dimensions."""
+    hull = work.data.get("hull")
+    return isinstance(hull, dict) and "form" in hull
 
 
 def _limits(work: _Work, boat: Dimensions | None, thrusters: tuple[ThrusterConfig, ...]) -> None:
@@ -113,8 +120,9 @@ def figures_of(hull: HullConfig, thrusters: Sequence[ThrusterConfig]) -> tuple[F
     return () if boat is None else hull_figures(boat, thrusters)
 
 
-def _thrusters(work: _Work, boat: Dimensions | None) -> tuple[ThrusterConfig, ...] | None:
-    """The thrusters, with their thrust filled in; None where they are wrong, which their own checks say."""
+def _thrusters(work: _Work, boat: Dimensions | None, explained: bool) -> tuple[ThrusterConfig, ...] | None:
+    """The thrusters, with their thrust filled in; None where they are wrong, which their own checks say. `explained`:
+    a fault of the hull says already why no rudder and no jet follows from it."""
     rows = work.data.get("thruster")
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         return None
@@ -122,6 +130,10 @@ def _thrusters(work: _Work, boat: Dimensions | None) -> tuple[ThrusterConfig, ..
     filled, blades = rudders.completed(filled, boat)
     filled, curves, missing = jets.completed(filled, boat)
     problems += missing
+    if explained:
+        problems = [found for found in problems if found[1] != jets.NEEDS_FORM]
+        work.moot += [("thruster", i, "rudder") for i in range(len(rows))]
+        work.moot += [("thruster", i) for i, row in enumerate(rows) if row.get("kind") == "jet"]
     work.data["thruster"] = filled
     work.figures += [*figures, *blades, *curves]
     work.problems += problems

@@ -41,6 +41,7 @@ TRAITS: Mapping[str, FormTraits] = {
     "planing": FormTraits(0.45, 0.8, 0.006, 0.2, 0.8),
 }
 LEAST_BLOCK, MOST_BLOCK = 0.15, 1.0
+_MOST_SPREAD = 1.05  # of the beam, between the middles of two hulls: more is not rounding
 _MOST_SLENDER = 30.0  # length over beam, and beam over length
 _LEAST_DRAFT_SHARE, _MOST_DRAFT_SHARE = 0.002, 0.5  # of the length
 _LEAST_SHOWN_M = 0.001
@@ -163,6 +164,10 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
     hull_beam_m = numbers["hull_beam_m"] if twin else traits.waterline * beam_m
     if twin and 2.0 * hull_beam_m > beam_m:
         return None, [(("hull", "hull_beam_m"), f"two hulls of {hull_beam_m:g} m are wider than beam_m, {beam_m:g}")]
+    spacing_m = numbers.get("hull_spacing_m", beam_m - hull_beam_m) if twin else 0.0
+    if spacing_m > _MOST_SPREAD * beam_m:
+        text = f"middles of the hulls {spacing_m:g} m apart, but beam_m is {beam_m:g}: check both, in m"
+        return None, [(("hull", "hull_spacing_m"), text)]
     volume_m3 = mass_kg / WATER_KGPM3 / (2 if twin else 1)
     draft_m = numbers.get("draft_m", volume_m3 / (length_m * hull_beam_m * traits.block))
     found = Dimensions(
@@ -172,7 +177,7 @@ def _checked(form: str, numbers: Mapping[str, float]) -> tuple[Dimensions | None
         mass_kg=mass_kg,
         draft_m=draft_m,
         hull_beam_m=hull_beam_m,
-        hull_spacing_m=numbers.get("hull_spacing_m", beam_m - hull_beam_m) if twin else 0.0,
+        hull_spacing_m=spacing_m,
         height_m=numbers.get("height_m", traits.height_share * length_m),
         top_speed_mps=numbers.get("top_speed_mps"),
     )

@@ -13,6 +13,8 @@ from companion.config.dimensions.surge_damping import planing_table, usual_speed
 from companion.config.hull import humps
 from companion.config.kinds import Problem
 
+NEEDS_FORM = "a jet needs its table [thruster.jet], or [hull] a form"
+
 _RATIO = 1.6  # speed of the jet at full throttle over the boat's top speed: RescueRunner's; 1.5 to 2 (Allison 1993)
 _INTAKE_SHARE = 0.9  # of the boat's speed, with which water enters below a hull
 _IDLE_SHARE = 0.2  # of the full speed of the jet, at which the impeller idles
@@ -71,7 +73,7 @@ def _missing(row: Mapping[str, Any], curve: Mapping[str, Any], boat: Dimensions 
     if boat is not None and above_zero(area) and area > WATER_KGPM3 * boat.hull_beam_m * boat.draft_m:
         return "jet", f"density_area_kgpm = {area:.3g}: a nozzle larger than the hull below the water: check it, in m"
     if boat is None and not curve:
-        return "kind", "a jet needs its table [thruster.jet], or [hull] a form"
+        return "kind", NEEDS_FORM
     return None
 
 

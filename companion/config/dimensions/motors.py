@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 from companion.config.dimensions.figure import Figure
-from companion.config.dimensions.form import WATER_KGPM3
+from companion.config.dimensions.form import WATER_KGPM3, above_zero
 from companion.config.kinds import Problem
 
 _LBF_N = 4.44822
@@ -131,6 +131,8 @@ def _known(row: Mapping[str, Any]) -> tuple[_Known | None, tuple[str, str] | Non
         motor = find(str(row["motor"]))
         if motor is None:
             return None, ("motor", unknown_motor(str(row["motor"])))
+        if "voltage_v" in row and not above_zero(row["voltage_v"]):
+            return None, ("voltage_v", f"should be a number above 0, in V, not {row['voltage_v']!r}")
         ahead_n, astern_n = motor.at(numbers.get("voltage_v"))
         values = {**_thrust(ahead_n, astern_n, numbers), "propeller_m": motor.propeller_m}
         return _Known(values, 1.3, f"bollard thrust of {motor.title}", motor.source), None

@@ -8,7 +8,7 @@ import pytest
 
 from companion.cli.new_file import Answers, file_text
 from companion.config.plausibility import judgements
-from companion.config.vessel import ConfigError, parse
+from companion.config.vessel import ConfigError, find, load, parse
 
 ANSWERS = Answers(
     "cat", "Cat", "catamaran", 1.6, 1.0, 55.0, None, 0.25, None, "twin", "60", None, 0.75,
@@ -17,10 +17,12 @@ ANSWERS = Answers(
 TWIN = file_text(ANSWERS)
 OUTBOARD = file_text(replace(ANSWERS, form="planing", layout="azimuth", hull_beam_m=None))
 JET = file_text(replace(ANSWERS, form="planing", layout="jet", hull_beam_m=None))
+RUDDER = file_text(replace(ANSWERS, form="monohull", layout="rudder", hull_beam_m=None))
+PIXHAWK = file_text(replace(ANSWERS, board="pixhawk"))
 PODS = file_text(replace(ANSWERS, form="monohull", layout="two-azimuths", hull_beam_m=None))
 
 
-@pytest.mark.parametrize("text", [TWIN, OUTBOARD, JET, PODS])
+@pytest.mark.parametrize("text", [TWIN, OUTBOARD, JET, PODS, RUDDER, PIXHAWK])
 def test_the_files_themselves_are_right(text: str) -> None:
     parse(text, "boat.toml")
 
@@ -68,6 +70,18 @@ def test_the_files_themselves_are_right(text: str) -> None:
             "check the signs of all y_m, or is a thruster missing",
         ),
         (JET, "max_n = 60", 'motor = "T200"', "thruster[1].max_n", "is missing: pull of the jet at full throttle"),
+        (TWIN, "[[actuator]]", "[actuator]", "actuator", "is a list of tables: each begins with [[actuator]]"),
+        (TWIN, "max_n = 60", 'motor = "T200"\nvoltage_v = -16', "thruster[1].voltage_v", "a number above 0, in V"),
+        (TWIN, "max_n = 60", 'motor = "T200"\nvoltage_v = "16"', "thruster[1].voltage_v", "a number above 0, in V"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55\nhull_spacing_m = 750", "hull.hull_spacing_m", "but beam_m is 1: check"),
+        (
+            PODS,
+            "mass_kg = 55",
+            "mass_kg = 55\n[hull.damping]\nn_r = -9.0\nn_rr = -20.0",
+            "hull.damping.n_r",
+            "the damping of yaw drives the boat on: positive is what resists",
+        ),
+        (PODS, "mass_kg = 55", "mass_kg = 55\n[hull.damping]\nx_u = -9.0\nx_uu = -9.0", "hull.damping.x_u", "positive"),
     ],
 )
 def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str, remedy: str) -> None:
@@ -79,6 +93,38 @@ def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str
     assert not any("at least 1 item" in problem for problem in caught.value.problems)
     others = [problem for problem in caught.value.problems if "ahead_n: should be" in problem]
     assert not others, "what follows from the mistake is not said"
+
+
+@pytest.mark.parametrize(
+    ("text", "right", "wrong"),
+    [
+        (RUDDER, "mass_kg = 55", "mass_kg = -55"),
+        (RUDDER, 'form = "monohull"', 'form = "kayak"'),
+        (RUDDER, 'form = "monohull"', ""),
+        (JET, "mass_kg = 55", "mass_kg = -55"),
+        (JET, 'form = "planing"', 'form = "jet ski"'),
+        (PIXHAWK, "[[actuator]]", "[[actuators]]"),
+    ],
+)
+def test_what_only_follows_from_a_mistake_is_not_said(text: str, right: str, wrong: str) -> None:
+    """A rudder and a jet follow from the hull: with its mass wrong, they were asked for as well."""
+    assert right in text
+    with pytest.raises(ConfigError) as caught:
+        parse(text.replace(right, wrong, 1), "boat.toml")
+    assert len(caught.value.problems) == 1, caught.value.problems
+
+
+def test_a_jet_that_hardly_turns_its_hull_is_noted() -> None:
+    """A catamaran of 9 t came 100 m off a square with legs of 320 m, and was without fault by its file."""
+    large = replace(ANSWERS, length_m=12.0, beam_m=4.5, mass_kg=9000.0, hull_beam_m=1.3, layout="jet", motor="16000")
+    notes = [str(found) for found in judgements(parse(file_text(replace(large, top_speed_mps=9.26)), "boat.toml"))]
+    assert any("a turning circle of 286 m at 5.2 m/s" in note and "24 lengths" in note for note in notes), notes
+    assert not any("by its nozzle" in str(found) for found in judgements(load(find("rescuerunner"))))
+
+
+def test_damping_in_yaw_that_falls_with_the_rate_is_a_boat() -> None:
+    """An identified model may have a small negative factor beside a positive one: the rate of its turn had no root."""
+    parse(PODS.replace("mass_kg = 55", "mass_kg = 55\n[hull.damping]\nn_r = 15.0\nn_rr = -3.0"), "boat.toml")
 
 
 @pytest.mark.parametrize(
@@ -98,6 +144,9 @@ def test_each_mistake_is_said_once(text: str, right: str, wrong: str, place: str
         (TWIN, "/dev/usv-gnss:115200", "/dev/ttyUSB0", "'gnss' at /dev/ttyUSB0: that number changes"),
         (TWIN, "z_m = -0.40", "z_m = -40", "'gnss' is 40 m above the middle of the boat: check it, in m"),
         (TWIN, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 0.1", "0.06 times the hull speed: check it, in m/s"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55\nm11_kg = 40", "40 kg are less than mass_kg, 55 kg"),
+        (TWIN, "mass_kg = 55", "mass_kg = 55\nm33_kgm2 = 2000", "a radius of 4.2 m, usual are 0.16 to 0.8 m"),
+        (OUTBOARD, "mass_kg = 55", "mass_kg = 55\ntop_speed_mps = 28", "28 km/h are 7.8 m/s"),
         (OUTBOARD, "mass_kg = 55", "mass_kg = 55\nhull_beam_m = 0.2", "has no effect on one hull, of form planing"),
         (TWIN, 'driver = "nmea0183"', 'driver = "ais"', "no sensor gives a position"),
         (PODS, "x_m = 0.64", "x_m = -0.64", "'bow' has x_m = -0.64: x_m is positive ahead"),
