@@ -9,7 +9,16 @@ from collections.abc import Callable, Mapping
 from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.readings import Depth, DepthAhead, Heading, HeadingBy, Measurement, Reading, Wind
-from companion.io.sensors.nmea0183_fields import MPS, TALKER, Sentence, angle_rad, number, signed
+from companion.io.sensors.nmea0183_fields import (
+    MPS,
+    TALKER,
+    Sentence,
+    angle_rad,
+    not_negative,
+    number,
+    signed,
+    within_turn,
+)
 from companion.io.sensors.nmea0183_gnss import Handler
 
 _MAGNETIC_COMPASS = "HC"
@@ -37,9 +46,11 @@ _TRANSDUCER_UNITS = {
 
 def replaces_lesser(kind: str, sentence: Sentence) -> bool:
     """Whether the sentence holds what lesser ones tell too. VWR and VHW may come beside a MWV of true wind, and beside
-    a VBW with the speed over ground alone."""
+    a VBW with the speed over ground alone; GLL and RMC beside a GNS of one constellation, which has no place."""
     if kind == "MWV":
         return sentence.get("reference") == "R"
+    if kind == "GNS":
+        return bool(sentence.get("mode_indicator"))
     return kind != "VBW" or bool(sentence.get("lon_water_spd"))
 
 
@@ -83,7 +94,7 @@ class HullSentences:
 
     def _true(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Of two antennas, or of a magnetic compass that knows the variation: its talker tells."""
-        heading = number(sentence.get("heading"))
+        heading = within_turn(sentence.get("heading"))
         if sentence.get(TALKER) != _MAGNETIC_COMPASS:
             self._heading(heading, HeadingBy.BASELINE, t_s, readings)
         elif not self._recent("HDG", t_s):
@@ -91,7 +102,7 @@ class HullSentences:
 
     def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Magnetic; true already where the compass knows the variation."""
-        heading = number(sentence.get("heading"))
+        heading = within_turn(sentence.get("heading"))
         if heading is None:
             return
         heading += signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
@@ -103,7 +114,7 @@ class HullSentences:
 
     def _hdm(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         if not self._recent("HDG", t_s):
-            self._heading(number(sentence.get("heading")), HeadingBy.MAGNETIC, t_s, readings)
+            self._heading(within_turn(sentence.get("heading")), HeadingBy.MAGNETIC, t_s, readings)
 
     def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:
@@ -114,18 +125,18 @@ class HullSentences:
 
     def _mwv(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Relative wind of a valid sentence only."""
-        angle, speed = number(sentence.get("wind_angle")), number(sentence.get("wind_speed"))
-        unit = MPS.get(sentence.get("wind_speed_units", ""))
         if sentence.get("status") != "A" or sentence.get("reference") != "R":
             return
+        angle, speed = within_turn(sentence.get("wind_angle")), not_negative(sentence.get("wind_speed"))
+        unit = MPS.get(sentence.get("wind_speed_units", ""))
         if angle is not None and speed is not None and unit is not None:
             readings.append(Wind(t_s, self._name, speed * unit, wrap_pi(math.radians(angle) + self._offset_rad)))
 
     def _vwr(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """0…180° to the left or right of the bow."""
-        angle, side = number(sentence.get("deg_r")), sentence.get("l_r")
+        angle, side = within_turn(sentence.get("deg_r")), sentence.get("l_r")
         units = (("wind_speed_ms", "M"), ("wind_speed_kn", "N"), ("wind_speed_km", "K"))
-        speeds = [speed * MPS[unit] for name, unit in units if (speed := number(sentence.get(name))) is not None]
+        speeds = [speed * MPS[unit] for name, unit in units if (speed := not_negative(sentence.get(name))) is not None]
         if angle is None or side not in ("L", "R") or not speeds or self._recent("MWV", t_s):
             return
         from_rad = math.radians(angle if side == "R" else -angle)
