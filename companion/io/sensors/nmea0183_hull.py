@@ -22,6 +22,7 @@ from companion.io.sensors.nmea0183_fields import (
 from companion.io.sensors.nmea0183_gnss import Handler
 
 _MAGNETIC_COMPASS = "HC"
+_LASTS_S = 2.0  # a heading, as a reason to leave a lesser one aside
 _FOOT_M, _FATHOM_M = 0.3048, 1.8288
 _MOST_TRANSDUCERS = 10  # in one XDR
 TRANSDUCERS = tuple(
@@ -59,7 +60,8 @@ class HullSentences:
     sounder that looks ahead; ROT, VHW, VBW, RSA, XDR → `Measurement`.
 
     `recent(kind, t_s)`: whether that sentence has come lately; HDM, VWR and DBT count only where nothing better does,
-    nor do HDT and THS of a magnetic compass.
+    nor do HDT and THS of a magnetic compass. HDG and HDM of a talker that tells a true heading are made of that, and
+    no witness of it: they do not count. Remembers when each talker last told a true heading, and when a HDG counted.
     """
 
     def __init__(self, config: SensorConfig, recent: Callable[[str, float], bool]) -> None:
@@ -67,6 +69,8 @@ class HullSentences:
         self._offset_rad = config.heading_offset_rad
         self._ahead_m = config.depth_ahead_m
         self._recent = recent
+        self._true_s: dict[str, float] = {}
+        self._hdg_s = -math.inf
         self.handlers: Mapping[str, Handler] = {
             "HDT": self._hdt,
             "THS": self._ths,
@@ -95,16 +99,20 @@ class HullSentences:
     def _true(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Of two antennas, or of a magnetic compass that knows the variation: its talker tells."""
         heading = within_turn(sentence.get("heading"))
-        if sentence.get(TALKER) != _MAGNETIC_COMPASS:
+        if heading is None:
+            return
+        if (talker := sentence[TALKER]) != _MAGNETIC_COMPASS:
+            self._true_s[talker] = t_s
             self._heading(heading, HeadingBy.BASELINE, t_s, readings)
-        elif not self._recent("HDG", t_s):
+        elif t_s - self._hdg_s >= _LASTS_S:
             self._heading(heading, HeadingBy.COMPASS, t_s, readings)
 
     def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Magnetic; true already where the compass knows the variation."""
         heading = within_turn(sentence.get("heading"))
-        if heading is None:
+        if heading is None or self._is_derived(sentence, t_s):
             return
+        self._hdg_s = t_s
         heading += signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
         variation = signed(sentence.get("variation"), sentence.get("var_dir"))
         if variation is None:
@@ -113,8 +121,13 @@ class HullSentences:
             self._heading(heading + variation, HeadingBy.COMPASS, t_s, readings)
 
     def _hdm(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        if not self._recent("HDG", t_s):
-            self._heading(within_turn(sentence.get("heading")), HeadingBy.MAGNETIC, t_s, readings)
+        heading = within_turn(sentence.get("heading"))
+        if t_s - self._hdg_s >= _LASTS_S and not self._is_derived(sentence, t_s):
+            self._heading(heading, HeadingBy.MAGNETIC, t_s, readings)
+
+    def _is_derived(self, sentence: Sentence, t_s: float) -> bool:
+        """Whether a magnetic heading is the true one of the same device, less the variation."""
+        return t_s - self._true_s.get(sentence[TALKER], -math.inf) < _LASTS_S
 
     def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:

@@ -175,6 +175,21 @@ def test_a_magnetic_compass_says_a_true_heading() -> None:
         assert isinstance(heading, Heading) and heading.by is HeadingBy.BASELINE
 
 
+@pytest.mark.parametrize("magnetic", ["GPHDM,120.3,M", "GPHDG,120.3,,,3.1,E", "GPHDG,120.3,,,,"])
+def test_a_satellite_compass_is_no_second_witness(magnetic: str) -> None:
+    """As Furuno's SC-60 and SC-110 send it: the magnetic heading is the true one less the variation. Without a true one
+    it counts, and so does that of a compass on the same line."""
+    assert [reading.by for reading in read(HDT + sentence(magnetic)) if isinstance(reading, Heading)] == [
+        HeadingBy.BASELINE
+    ]
+    kinds = [type(reading) for reading in read(HDT, b"", sentence("GPHDT,,T") + sentence(magnetic))]
+    assert kinds == [Heading, Heading]
+    (_, compass) = read(HDT + sentence(magnetic) + sentence("HCHDM,118.0,M"))
+    assert isinstance(compass, Heading) and compass.yaw_rad == pytest.approx(math.radians(118.0))
+    (_, compass) = read(HDT + sentence(magnetic) + sentence("HCHDT,121.0,T"))
+    assert isinstance(compass, Heading) and compass.by is HeadingBy.COMPASS
+
+
 @pytest.mark.parametrize(
     "quality, fix",
     [
