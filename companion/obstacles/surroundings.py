@@ -24,6 +24,7 @@ from companion.obstacles.shoals import Shoals
 from companion.params.store import Parameters
 
 _SILENT_S = 2.0  # a sensor that sends less often is no help
+_STANDS_S = 2.5  # a beam that looked one way for so long is not swept: it is missed there
 _REACH_M = 300.0  # what is further off is forgotten
 _TIDY_S = 1.0
 _OWN_M = 0.3  # beyond the hull, within which a sensor sees the boat itself
@@ -69,7 +70,7 @@ class Surroundings:
         self._movers = Movers()
         self._radar = RadarTargets()
         self.shoals = Shoals(config.length_m, parameters)
-        self._heard_s: dict[Part, float] = {}
+        self._heard_s: dict[Part, tuple[float, float]] = {}  # since when without a silence, and last
         self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
         self._silent: frozenset[Part] = frozenset()
         self._tidied_s = -math.inf
@@ -95,8 +96,10 @@ class Surroundings:
         """A reading. It is entered with the estimate of the next tick."""
         if isinstance(reading, Ranges):
             beam = round(math.degrees(reading.first_rad)) % 360 if len(reading.distances_m) == 1 else None
-            self._heard_s[reading.source, beam] = now_s
-            self._note_view(reading, (reading.source, beam))
+            part = reading.source, beam
+            since_s, last_s = self._heard_s.get(part, (now_s, now_s))
+            self._heard_s[part] = since_s if now_s - last_s <= _SILENT_S else now_s, now_s
+            self._note_view(reading, part)
         if len(self._pending) < _MOST_PENDING:
             self._pending.append(reading)
 
@@ -208,7 +211,12 @@ class Surroundings:
 
     def _mind_silence(self, now_s: float) -> None:
         before = self._silent
-        self._silent = frozenset(part for part, heard_s in self._heard_s.items() if now_s - heard_s > _SILENT_S)
+        speaking = {name for (name, _), (_, last_s) in self._heard_s.items() if now_s - last_s <= _SILENT_S}
+        self._silent = frozenset(
+            part
+            for part, (since_s, last_s) in self._heard_s.items()
+            if now_s - last_s > _SILENT_S and (part[0] not in speaking or last_s - since_s > _STANDS_S)
+        )
         for name in self._names(self._silent - before):
             self._events.say(now_s, TextKind.ATTENTION, "ranges_silent", f"No ranges from {name}"[:50])
         for name in sorted({name for name, _ in before} - {name for name, _ in self._silent}):

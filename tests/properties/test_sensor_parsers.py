@@ -79,6 +79,7 @@ def test_one_spoilt_byte_never_gives_a_wrong_reading(name: str, data: st.DataObj
     "kind",
     [
         "GGA",
+        "GNS",
         "GLL",
         "RMC",
         "VTG",
@@ -98,6 +99,8 @@ def test_one_spoilt_byte_never_gives_a_wrong_reading(name: str, data: st.DataObj
         "VBW",
         "RSA",
         "XDR",
+        "TTM",
+        "TLL",
     ],
 )
 @settings(deadline=None, derandomize=True, max_examples=40)

@@ -16,6 +16,7 @@ TALKER = "talker"  # in a `Sentence`, the two letters of who sends it
 
 MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400
+_MOST_SATELLITES = 99
 _UNIX_DAY = date(1970, 1, 1).toordinal()
 _clock_of = lru_cache(16)(timestamp)  # several sentences of a moment have the same text
 
@@ -37,6 +38,31 @@ def number(text: str | None) -> float | None:
     if not math.isfinite(value):
         raise ValueError("not finite")
     return value
+
+
+def not_negative(text: str | None) -> float | None:
+    """As `number`. Raises ValueError for a negative one, too."""
+    value = number(text)
+    if value is not None and value < 0.0:
+        raise ValueError(f"negative: {text!r}")
+    return value
+
+
+def within_turn(text: str | None) -> float | None:
+    """Degrees, as `number`. Raises ValueError beyond a whole turn, too: 999.9 is how some devices say that they do not
+    know."""
+    degrees = number(text)
+    if degrees is not None and abs(degrees) > 360.0:
+        raise ValueError(f"no direction: {text!r}")
+    return degrees
+
+
+def satellites(text: str | None) -> int | None:
+    """A number of satellites, None where it is empty. Raises ValueError for more than the two digits that it has."""
+    count = not_negative(text)
+    if count is not None and count > _MOST_SATELLITES:
+        raise ValueError(f"too many satellites: {text!r}")
+    return None if count is None else int(count)
 
 
 def angle_rad(text: str | None) -> float | None:
@@ -73,13 +99,13 @@ def unix_ns(on: date, text: str) -> int:
 
 
 def place(sentence: Sentence) -> tuple[float, float] | None:
-    """(latitude, longitude) in degrees; None where the fields are empty or impossible."""
+    """(latitude, longitude) in degrees; None where fields are empty. Raises ValueError for an impossible place."""
     lat, lon, north, east = sentence.get("lat"), sentence.get("lon"), sentence.get("lat_dir"), sentence.get("lon_dir")
     if not (lat and lon and north in ("N", "S") and east in ("E", "W")):
         return None
     latitude, longitude = _degrees(lat), _degrees(lon)
     if latitude > 90.0 or longitude > 180.0:
-        return None
+        raise ValueError(f"no place: {lat!r}, {lon!r}")
     return (latitude if north == "N" else -latitude), (longitude if east == "E" else -longitude)
 
 
@@ -90,4 +116,7 @@ def _degrees(text: str) -> float:
     point = text.find(".")
     if point < 3 or not text[:point].isdigit() or not text[point + 1 :].isdigit():
         raise ValueError(f"no degrees and minutes: {text!r}")
-    return float(text[: point - 2]) + float(text[point - 2 :]) / 60.0
+    minutes = float(text[point - 2 :])
+    if minutes > 60.0:  # which some round up to
+        raise ValueError(f"no minutes: {text!r}")
+    return float(text[: point - 2]) + minutes / 60.0

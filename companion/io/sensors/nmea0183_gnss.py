@@ -7,7 +7,17 @@ from collections.abc import Callable, Mapping
 from datetime import date
 
 from companion.core.readings import Corrections, FixType, GnssFix, GroundVelocity, Reading, TimeOfDay
-from companion.io.sensors.nmea0183_fields import MPS, Sentence, day, number, place, unix_ns
+from companion.io.sensors.nmea0183_fields import (
+    MPS,
+    Sentence,
+    day,
+    not_negative,
+    number,
+    place,
+    satellites,
+    unix_ns,
+    within_turn,
+)
 
 Handler = Callable[[Sentence, float, list[Reading]], None]
 
@@ -19,6 +29,12 @@ _QUALITY = {
     5: FixType.RTK_FLOAT,
     9: FixType.DGPS,  # satellite-based corrections, as some makers say it
 }  # 0 no fix, 6 dead reckoning, 7 typed in by hand, 8 simulator: not a position
+_MODES = (  # of GNS, the best first, a letter for each constellation
+    ("R", FixType.RTK_FIXED),
+    ("F", FixType.RTK_FLOAT),
+    ("D", FixType.DGPS),
+    ("PA", FixType.FIX_3D),
+)
 _SIGMA_M = {
     FixType.FIX_2D: 5.0,
     FixType.FIX_3D: 1.5,
@@ -36,11 +52,11 @@ _UNMEASURED = frozenset("NEMS")  # mode indicators: no fix, dead reckoning, type
 
 
 class GnssSentences:
-    """GGA, RMC, VTG, GLL, GST, ZDA, GSA, GSV → `GnssFix`, `GroundVelocity`, `TimeOfDay`, `Corrections`.
+    """GGA, GNS, RMC, VTG, GLL, GST, ZDA, GSA, GSV → `GnssFix`, `GroundVelocity`, `TimeOfDay`, `Corrections`.
 
     Without a fix a `GnssFix` of type NONE is reported, its coordinates NaN. `recent(kind, t_s)` says whether that
-    sentence has come lately: GLL and RMC count only where nothing better does. Remembers the last error statistics,
-    dimension and dilution, and satellites.
+    sentence has come lately: GNS, GLL and RMC count only where nothing better does. Remembers the last error
+    statistics, dimension and dilution, satellites, and the kind of fix of the last GNS.
     """
 
     def __init__(self, name: str, recent: Callable[[str, float], bool]) -> None:
@@ -49,9 +65,11 @@ class GnssSentences:
         self._sigma: tuple[float, float] | None = None  # (when, metres)
         self._solution: tuple[float, int, float | None] | None = None  # (when, GSA's mode, HDOP)
         self._corrections_s = -math.inf
+        self._gns_fix = FixType.NONE
         self._satellites: dict[str, tuple[float, int, float]] = {}  # constellation → (when, in view, strongest dB-Hz)
         self.handlers: Mapping[str, Handler] = {
             "GGA": self._gga,
+            "GNS": self._gns,
             "GLL": self._gll,
             "RMC": self._rmc,
             "VTG": self._vtg,
@@ -62,19 +80,48 @@ class GnssSentences:
 
     def _gga(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         fix = _QUALITY.get(int(number(sentence.get("gps_qual")) or 0), FixType.NONE)
-        satellites, hdop = number(sentence.get("num_sats")), number(sentence.get("horizontal_dil"))
-        count = None if satellites is None else int(satellites)
+        hdop = not_negative(sentence.get("horizontal_dil"))
+        fix = self._fix(sentence, fix, hdop, t_s, readings)
+        self._corrected(sentence, fix, sentence.get("ref_station_id"), t_s, readings)
+
+    def _gns(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        """GGA of several constellations. Those of one of them, which may follow, have neither mode nor place, but the
+        age of the corrections."""
+        if self._recent("GGA", t_s):
+            return
+        mode = sentence.get("mode_indicator")
+        if mode:
+            fix = next((fix for letters, fix in _MODES if not set(letters).isdisjoint(mode)), FixType.NONE)
+            self._gns_fix = self._fix(sentence, fix, not_negative(sentence.get("hdop")), t_s, readings)
+        self._corrected(sentence, self._gns_fix, sentence.get("diferential"), t_s, readings)
+
+    def _fix(
+        self, sentence: Sentence, fix: FixType, hdop: float | None, t_s: float, readings: list[Reading]
+    ) -> FixType:
+        """Appends a position whose sentence says how good it is, and returns the kind of fix."""
+        count = satellites(sentence.get("num_sats"))
         where = place(sentence) if fix is not FixType.NONE else None
         if where is None:
             readings.append(GnssFix(t_s, self._name, math.nan, math.nan, None, FixType.NONE, count, hdop))
-            return
+            return FixType.NONE
         fix = self._dimension(fix, t_s)
         accuracy = self._accuracy_m(fix, hdop, t_s)
         readings.append(GnssFix(t_s, self._name, *where, number(sentence.get("altitude")), fix, count, hdop, accuracy))
+        return fix
+
+    def _corrected(
+        self, sentence: Sentence, fix: FixType, station: str | None, t_s: float, readings: list[Reading]
+    ) -> None:
+        """The age of the corrections in use. It may be negative, where the base measures before the boat does."""
         age_s = number(sentence.get("age_gps_data"))
-        if age_s is not None and fix >= FixType.DGPS and t_s - self._corrections_s >= _CORRECTIONS_PERIOD_S:
+        if (
+            age_s is not None
+            and age_s >= 0.0
+            and fix >= FixType.DGPS
+            and t_s - self._corrections_s >= _CORRECTIONS_PERIOD_S
+        ):
             self._corrections_s = t_s
-            readings.append(Corrections(t_s, self._name, age_s, _station(sentence.get("ref_station_id"))))
+            readings.append(Corrections(t_s, self._name, age_s, _station(station)))
 
     def _dimension(self, fix: FixType, t_s: float) -> FixType:
         """Quality 1 is the same with and without height; GSA tells the two apart."""
@@ -98,17 +145,17 @@ class GnssSentences:
     def _gsa(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         mode = number(sentence.get("mode_fix_type"))
         if mode is not None:
-            self._solution = (t_s, int(mode), number(sentence.get("hdop")))
+            self._solution = (t_s, int(mode), not_negative(sentence.get("hdop")))
 
     def satellites(self, talker: str, sentence: Sentence, t_s: float) -> None:
         """A GSV of one constellation: how many satellites are in view, and how strong the strongest is."""
-        count = number(sentence.get("num_sv_in_view"))
+        count = satellites(sentence.get("num_sv_in_view"))
         strengths = [number(sentence.get(f"snr_{n}")) or 0.0 for n in (1, 2, 3, 4)]
         if count is None:
             return
         first = sentence.get("msg_num") in ("1", "01")
         before = 0.0 if first or talker not in self._satellites else self._satellites[talker][2]
-        self._satellites[talker] = t_s, int(count), max(before, *strengths)
+        self._satellites[talker] = t_s, count, max(before, *strengths)
 
     def remark(self, now_s: float) -> str:
         """Satellites in view, for people; empty where the receiver does not report them."""
@@ -119,8 +166,12 @@ class GnssSentences:
         return f"{count} satellites in view, the strongest {strongest_dbhz:.0f} dB-Hz"
 
     def _gll(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        if sentence.get("status") == "A" and _measured(sentence, "faa_mode") and not self._recent("GGA", t_s):
+        if sentence.get("status") == "A" and _measured(sentence, "faa_mode") and not self._better(t_s):
             self._plain_fix(sentence, t_s, readings)
+
+    def _better(self, t_s: float) -> bool:
+        """Whether sentences come that say how good the position is."""
+        return self._recent("GGA", t_s) or self._recent("GNS", t_s)
 
     def _plain_fix(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """A position whose sentence does not say how good it is."""
@@ -133,11 +184,11 @@ class GnssSentences:
         if sentence.get("status") != "A":
             return
         measured = _measured(sentence, "mode_indicator")
-        if measured and not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
+        if measured and not self._better(t_s) and not self._recent("GLL", t_s):
             self._plain_fix(sentence, t_s, readings)
         if measured and not self._recent("VTG", t_s):
             self._velocity(
-                number(sentence.get("spd_over_grnd")), MPS["N"], number(sentence.get("true_course")), t_s, readings
+                number(sentence.get("spd_over_grnd")), MPS["N"], within_turn(sentence.get("true_course")), t_s, readings
             )
         if not self._recent("ZDA", t_s):
             self._time_of_day(day(sentence.get("datestamp")), sentence.get("timestamp"), t_s, readings)
@@ -148,7 +199,7 @@ class GnssSentences:
         speed, unit = number(sentence.get("spd_over_grnd_kmph")), MPS["K"]
         if speed is None:
             speed, unit = number(sentence.get("spd_over_grnd_kts")), MPS["N"]
-        self._velocity(speed, unit, number(sentence.get("true_track")), t_s, readings)
+        self._velocity(speed, unit, within_turn(sentence.get("true_track")), t_s, readings)
 
     def _velocity(
         self, speed: float | None, unit_mps: float, course_deg: float | None, t_s: float, readings: list[Reading]

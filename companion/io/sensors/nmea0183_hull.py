@@ -9,10 +9,20 @@ from collections.abc import Callable, Mapping
 from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.readings import Depth, DepthAhead, Heading, HeadingBy, Measurement, Reading, Wind
-from companion.io.sensors.nmea0183_fields import MPS, TALKER, Sentence, angle_rad, number, signed
+from companion.io.sensors.nmea0183_fields import (
+    MPS,
+    TALKER,
+    Sentence,
+    angle_rad,
+    not_negative,
+    number,
+    signed,
+    within_turn,
+)
 from companion.io.sensors.nmea0183_gnss import Handler
 
 _MAGNETIC_COMPASS = "HC"
+_LASTS_S = 2.0  # a heading, as a reason to leave a lesser one aside
 _FOOT_M, _FATHOM_M = 0.3048, 1.8288
 _MOST_TRANSDUCERS = 10  # in one XDR
 TRANSDUCERS = tuple(
@@ -37,9 +47,11 @@ _TRANSDUCER_UNITS = {
 
 def replaces_lesser(kind: str, sentence: Sentence) -> bool:
     """Whether the sentence holds what lesser ones tell too. VWR and VHW may come beside a MWV of true wind, and beside
-    a VBW with the speed over ground alone."""
+    a VBW with the speed over ground alone; GLL and RMC beside a GNS of one constellation, which has no place."""
     if kind == "MWV":
         return sentence.get("reference") == "R"
+    if kind == "GNS":
+        return bool(sentence.get("mode_indicator"))
     return kind != "VBW" or bool(sentence.get("lon_water_spd"))
 
 
@@ -48,7 +60,8 @@ class HullSentences:
     sounder that looks ahead; ROT, VHW, VBW, RSA, XDR → `Measurement`.
 
     `recent(kind, t_s)`: whether that sentence has come lately; HDM, VWR and DBT count only where nothing better does,
-    nor do HDT and THS of a magnetic compass.
+    nor do HDT and THS of a magnetic compass. HDG and HDM of a talker that tells a true heading are made of that, and
+    no witness of it: they do not count. Remembers when each talker last told a true heading, and when a HDG counted.
     """
 
     def __init__(self, config: SensorConfig, recent: Callable[[str, float], bool]) -> None:
@@ -56,6 +69,8 @@ class HullSentences:
         self._offset_rad = config.heading_offset_rad
         self._ahead_m = config.depth_ahead_m
         self._recent = recent
+        self._true_s: dict[str, float] = {}
+        self._hdg_s = -math.inf
         self.handlers: Mapping[str, Handler] = {
             "HDT": self._hdt,
             "THS": self._ths,
@@ -83,17 +98,21 @@ class HullSentences:
 
     def _true(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Of two antennas, or of a magnetic compass that knows the variation: its talker tells."""
-        heading = number(sentence.get("heading"))
-        if sentence.get(TALKER) != _MAGNETIC_COMPASS:
+        heading = within_turn(sentence.get("heading"))
+        if heading is None:
+            return
+        if (talker := sentence[TALKER]) != _MAGNETIC_COMPASS:
+            self._true_s[talker] = t_s
             self._heading(heading, HeadingBy.BASELINE, t_s, readings)
-        elif not self._recent("HDG", t_s):
+        elif t_s - self._hdg_s >= _LASTS_S:
             self._heading(heading, HeadingBy.COMPASS, t_s, readings)
 
     def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Magnetic; true already where the compass knows the variation."""
-        heading = number(sentence.get("heading"))
-        if heading is None:
+        heading = within_turn(sentence.get("heading"))
+        if heading is None or self._is_derived(sentence, t_s):
             return
+        self._hdg_s = t_s
         heading += signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
         variation = signed(sentence.get("variation"), sentence.get("var_dir"))
         if variation is None:
@@ -102,8 +121,13 @@ class HullSentences:
             self._heading(heading + variation, HeadingBy.COMPASS, t_s, readings)
 
     def _hdm(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        if not self._recent("HDG", t_s):
-            self._heading(number(sentence.get("heading")), HeadingBy.MAGNETIC, t_s, readings)
+        heading = within_turn(sentence.get("heading"))
+        if t_s - self._hdg_s >= _LASTS_S and not self._is_derived(sentence, t_s):
+            self._heading(heading, HeadingBy.MAGNETIC, t_s, readings)
+
+    def _is_derived(self, sentence: Sentence, t_s: float) -> bool:
+        """Whether a magnetic heading is the true one of the same device, less the variation."""
+        return t_s - self._true_s.get(sentence[TALKER], -math.inf) < _LASTS_S
 
     def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:
@@ -114,18 +138,18 @@ class HullSentences:
 
     def _mwv(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Relative wind of a valid sentence only."""
-        angle, speed = number(sentence.get("wind_angle")), number(sentence.get("wind_speed"))
-        unit = MPS.get(sentence.get("wind_speed_units", ""))
         if sentence.get("status") != "A" or sentence.get("reference") != "R":
             return
+        angle, speed = within_turn(sentence.get("wind_angle")), not_negative(sentence.get("wind_speed"))
+        unit = MPS.get(sentence.get("wind_speed_units", ""))
         if angle is not None and speed is not None and unit is not None:
             readings.append(Wind(t_s, self._name, speed * unit, wrap_pi(math.radians(angle) + self._offset_rad)))
 
     def _vwr(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """0…180° to the left or right of the bow."""
-        angle, side = number(sentence.get("deg_r")), sentence.get("l_r")
+        angle, side = within_turn(sentence.get("deg_r")), sentence.get("l_r")
         units = (("wind_speed_ms", "M"), ("wind_speed_kn", "N"), ("wind_speed_km", "K"))
-        speeds = [speed * MPS[unit] for name, unit in units if (speed := number(sentence.get(name))) is not None]
+        speeds = [speed * MPS[unit] for name, unit in units if (speed := not_negative(sentence.get(name))) is not None]
         if angle is None or side not in ("L", "R") or not speeds or self._recent("MWV", t_s):
             return
         from_rad = math.radians(angle if side == "R" else -angle)

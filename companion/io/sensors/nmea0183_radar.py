@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from companion.core.readings import RadarTarget, Reading
-from companion.io.sensors.nmea0183_fields import MPS, Sentence, number, place
+from companion.io.sensors.nmea0183_fields import MPS, Sentence, not_negative, number, place, within_turn
 from companion.io.sensors.nmea0183_gnss import Handler
 
 _LENGTH_M = {"K": 1000.0, "N": 1852.0, "S": 1609.344}
@@ -22,12 +22,13 @@ class RadarSentences:
 
     def _ttm(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """The unit counts for distance and speed (N: nautical miles and knots)."""
-        target, distance, bearing = (number(sentence.get(key)) for key in ("target_number", "distance", "bearing"))
+        target, distance = number(sentence.get("target_number")), not_negative(sentence.get("distance"))
+        bearing = within_turn(sentence.get("bearing"))
         unit, lost = sentence.get("dist_unit", ""), sentence.get("status") == _LOST
         placed = distance is not None and bearing is not None
         if target is None or unit not in _LENGTH_M or not (placed or lost):
             return
-        speed, course = number(sentence.get("speed")), number(sentence.get("cog"))
+        speed, course = not_negative(sentence.get("speed")), within_turn(sentence.get("cog"))
         readings.append(
             RadarTarget(
                 t_s,

@@ -7,6 +7,7 @@ from companion.io.sensors.message_timing import MessageTiming
 from companion.io.sensors.nmea0183_fields import DAY_S, Sentence, seconds_of_day
 from companion.io.sensors.sample_clock import SampleClock
 
+_OWN_CLOCKS = ("ZDA", "TTM", "TLL")  # each kind: not that of the fixes
 _JUMP_S = 0.3
 _NEAR_S = 5.0  # from the last stamped sentence, for another message of the same clock
 _NO_DELAY_S = 1e-3  # less tells nothing: most receivers print hundredths
@@ -17,17 +18,19 @@ _BURST_SHARE = 0.4  # and that as a share of the time between epochs
 class SentenceTimes:
     """(kind, sentence, arrival of its first byte) → vessel time of validity.
 
-    GGA, RMC, GLL, GST and ZDA carry UTC. The smallest difference of arrival and stamp counts as the configured latency,
-    so that sentences delayed by the line or the operating system keep their own time. ZDA has a clock of its own: some
-    receivers send it with the pulse of the second, well before the measurements of that moment. HDT, VTG and others
-    without a stamp belong to the epoch of the stamped one just before them, each kind once. Those that come alone are
-    valid on arrival, less the latency. Remembers the relation of the clocks and the last epoch.
+    GGA, GNS, RMC, GLL, GST and ZDA carry UTC, and so do TTM and TLL of a radar. The smallest difference of arrival and
+    stamp counts as the configured latency, so that sentences delayed by the line or the operating system keep their own
+    time. ZDA has a clock of its own: some receivers send it with the pulse of the second, well before the measurements
+    of that moment. TTM and TLL have theirs: the radar's may be wrong. HDT, VTG and others without a stamp belong to the
+    epoch of the stamped one just before them, each kind once. Those that come alone are valid on arrival, less the
+    latency. Remembers the relation of the clocks and the last epoch.
     """
 
     def __init__(self, latency_s: float, pace: MessageTiming) -> None:
         self._latency_s = latency_s
         self._pace = pace
-        self._clock, self._zda_clock = (SampleClock(latency_s, _JUMP_S, tick_s=1.0, wrap=DAY_S) for _ in range(2))
+        self._clock, *others = (SampleClock(latency_s, _JUMP_S, tick_s=1.0, wrap=DAY_S) for _ in ("", *_OWN_CLOCKS))
+        self._own_clocks = dict(zip(_OWN_CLOCKS, others, strict=True))
         self._stamp_s: float | None = None
         self._interval_s = 0.0
         self._epoch_s = self._epoch_arrival_s = 0.0
@@ -37,8 +40,8 @@ class SentenceTimes:
         """Vessel time at which the sentence was valid. Raises ValueError for a time field that is no time."""
         direct_s = arrival_s - self._latency_s
         if stamp := sentence.get("timestamp"):
-            if kind == "ZDA":
-                return self._aligned(self._zda_clock, seconds_of_day(stamp), arrival_s)[0]
+            if own := self._own_clocks.get(kind):
+                return self._aligned(own, seconds_of_day(stamp), arrival_s)[0]
             return self._stamped(seconds_of_day(stamp), arrival_s)
         since_s = arrival_s - self._epoch_arrival_s
         if (

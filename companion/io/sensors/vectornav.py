@@ -25,6 +25,7 @@ _MESSAGE = re.compile(rb"\$(VN[ -#%%-)+-~]{3,%d})\*([0-9A-Fa-f]{2})" % _LONGEST)
 _KEPT_BYTES = _LONGEST + 4
 _VALUES = 12
 _YMR = 14
+_OFF_S, _OFF_PERIODS = 0.5, 3.0  # a longer gap, of time and of its messages, and it may have been without power
 _RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)  # that register 7 takes
 
 
@@ -33,8 +34,8 @@ class VectorNavSensor(StreamDriver):
     file allows it.
 
     Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device gets
-    the command at the start to send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message, and what
-    else the device sends.
+    the command at the start, and after a gap in its messages, to send VNYMR at the rate nearest to `rate_hz`. Remembers
+    the unfinished message, and what else the device sends.
     """
 
     messages = "VectorNav messages"
@@ -45,6 +46,7 @@ class VectorNavSensor(StreamDriver):
         self._tail_arrival_s = 0.0
         self._other = "nothing"
         self._setup = _setup(config.rate_hz) if config.configure else None
+        self._gap_s = max(_OFF_S, _OFF_PERIODS / config.rate_hz)
         self._own_yaw = OwnYaw(config)
         self._gives_field = config.heading == "ahrs"
 
@@ -71,6 +73,7 @@ class VectorNavSensor(StreamDriver):
         return f"sends {self._other}, not VNYMR: configure = true, or set its register 6 to {_YMR}"
 
     def _message(self, body: str, t_s: float, arrival_s: float, readings: list[Reading]) -> None:
+        self._mind_gap(arrival_s)
         self._count_valid(arrival_s, body[2:5])
         used = body.startswith("VNYMR,")
         self._count_use(arrival_s, used)
@@ -89,6 +92,12 @@ class VectorNavSensor(StreamDriver):
             self._setup.refused(f"error {body[6:]}", arrival_s)
         else:
             self._other = body[:5]
+
+    def _mind_gap(self, arrival_s: float) -> None:
+        """A device that was without power for a moment sends what is stored in it, at the rate that is."""
+        last_s, setup = self._last_valid_s, self._setup
+        if setup is not None and setup.done and last_s is not None and arrival_s - last_s > self._gap_s:
+            setup.restart()
 
     def _emit(self, t_s: float, values: list[float], readings: list[Reading]) -> None:
         yaw_deg, pitch_deg, roll_deg, mx, my, mz, x, y, z, p, q, r = values

@@ -69,3 +69,26 @@ def test_where_a_silent_beam_looked_nothing_is_known_to_be_free() -> None:
     bench.run(3.0, 90.0, 270.0, scans=False)
     sectors_m = bench.around.sectors_m(AT_REST)
     assert math.isnan(sectors_m[0]) and math.isinf(sectors_m[18])
+
+
+def test_a_beam_that_is_swept_to_and_fro_is_no_silent_one() -> None:
+    """0.8 s in each of five directions, which it leaves for up to 5.6 s."""
+    bench = Bench()
+    said: list[str] = []
+    for deg in 5 * (270.0, 315.0, 0.0, 45.0, 90.0, 45.0, 0.0, 315.0):
+        said += bench.run(0.8, deg, scans=False)
+        assert bench.around.silent == ()
+    assert said == []
+    assert bench.run(3.0, scans=False) == ["No ranges from lidar"]
+    assert bench.around.silent == ("lidar",)
+    assert bench.run(0.8, 0.0, scans=False) == ["Ranges from lidar are back"]
+    assert bench.around.silent == ()
+
+
+def test_a_beam_that_stood_still_before_it_is_swept_is_missed_once() -> None:
+    bench = Bench()
+    said = bench.run(10.0, 0.0, scans=False)
+    for deg in 5 * (45.0, 90.0, 45.0, 0.0, 315.0, 270.0, 315.0, 0.0):
+        said += bench.run(0.8, deg, scans=False)
+    assert said == ["No ranges from lidar at 0 deg", "Ranges from lidar are back"]
+    assert bench.around.silent == ()

@@ -175,6 +175,21 @@ def test_a_magnetic_compass_says_a_true_heading() -> None:
         assert isinstance(heading, Heading) and heading.by is HeadingBy.BASELINE
 
 
+@pytest.mark.parametrize("magnetic", ["GPHDM,120.3,M", "GPHDG,120.3,,,3.1,E", "GPHDG,120.3,,,,"])
+def test_a_satellite_compass_is_no_second_witness(magnetic: str) -> None:
+    """As Furuno's SC-60 and SC-110 send it: the magnetic heading is the true one less the variation. Without a true one
+    it counts, and so does that of a compass on the same line."""
+    assert [reading.by for reading in read(HDT + sentence(magnetic)) if isinstance(reading, Heading)] == [
+        HeadingBy.BASELINE
+    ]
+    kinds = [type(reading) for reading in read(HDT, b"", sentence("GPHDT,,T") + sentence(magnetic))]
+    assert kinds == [Heading, Heading]
+    (_, compass) = read(HDT + sentence(magnetic) + sentence("HCHDM,118.0,M"))
+    assert isinstance(compass, Heading) and compass.yaw_rad == pytest.approx(math.radians(118.0))
+    (_, compass) = read(HDT + sentence(magnetic) + sentence("HCHDT,121.0,T"))
+    assert isinstance(compass, Heading) and compass.by is HeadingBy.COMPASS
+
+
 @pytest.mark.parametrize(
     "quality, fix",
     [
@@ -281,6 +296,20 @@ def test_every_split_gives_the_same() -> None:
         sentence("GPHDT"),
         sentence("GPGLL,9916.45,N,12311.12,W,225444,A,A"),
         sentence("GPGLL,49x6.45,N,12311.12,W,225444,A,A"),
+        sentence("GPGLL,9000.01,N,12311.12,W,225444,A,A"),
+        sentence("GPGLL,4916.45,N,18000.01,W,225444,A,A"),
+        sentence("GPGLL,4975.00,N,12311.12,W,225444,A,A"),
+        sentence("GNGGA,120000.00,9126.33401,N,01023.94001,E,1,12,0.8,10.4,M,40.0,M,,"),
+        sentence("GNGGA,120000.00,6326.33401,N,01023.94001,E,1,12,-0.8,10.4,M,40.0,M,,"),
+        sentence("GNGGA,120000.00,6326.33401,N,01023.94001,E,1,100000000,0.8,10.4,M,40.0,M,,"),
+        sentence("GNGNS,120000.00,6326.33401,N,01023.94001,E,AA,12,-0.8,10.4,40.0,,,V"),
+        sentence("GPHDT,999.9,T"),
+        sentence("HCHDM,-400.0,M"),
+        sentence("HCHDG,655.35,,,,"),
+        sentence("GNVTG,999.9,T,,M,2.0,N,3.7,K,A"),
+        sentence("WIMWV,45.0,R,-10.0,N,A"),
+        sentence("WIMWV,999.9,R,10.0,N,A"),
+        sentence("IIVWR,30.0,L,-10.0,N,,M,,K"),
         sentence("GPZDA,201530.00,31,02,2002,00,00"),
         sentence("GPZDA,999999.00,01,02,2002,00,00"),
         sentence("WIMWV,45.0,R,10.0,X,A"),
@@ -288,6 +317,24 @@ def test_every_split_gives_the_same() -> None:
 )
 def test_bad_sentences_give_nothing(bad: bytes) -> None:
     assert read(bad) == []
+
+
+def test_values_that_cannot_be_are_counted_as_bad() -> None:
+    sensor, line = driver()
+    line.chunks = [(1.0, sentence("WIMWV,45.0,R,-10.0,N,A") + sentence("GPGLL,9000.01,N,12311.12,W,225444,A,A"))]
+    assert sensor.read(1.0) == [] and sensor.counts == (2, 2)
+
+
+def test_a_wind_that_says_it_is_not_valid_is_not_bad() -> None:
+    sensor, line = driver()
+    line.chunks = [(1.0, sentence("WIMWV,999.9,R,-1.0,N,V") + sentence("IIVWR,75,R,1.0,N,0.51,M,1.85,K"))]
+    assert sensor.read(1.0) == [] and sensor.counts == (2, 0)
+
+
+def test_corrections_of_a_base_that_measures_ahead_have_no_age() -> None:
+    """As RTKLIB prints it. The position counts all the same."""
+    (fix,) = read(sentence("GNGGA,120000.00,6326.33401,N,01023.94001,E,4,12,0.8,10.4,M,40.0,M,-0.2,0001"))
+    assert isinstance(fix, GnssFix) and fix.fix is FixType.RTK_FIXED
 
 
 def test_health_tells_wrong_baud_rate_from_silence_and_fault() -> None:

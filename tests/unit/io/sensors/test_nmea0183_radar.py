@@ -8,10 +8,11 @@ from dataclasses import replace
 import pytest
 
 from companion.config.devices import SensorConfig
-from companion.core.readings import Depth, DepthAhead, RadarTarget
+from companion.core.readings import Depth, DepthAhead, GnssFix, RadarTarget
 from companion.io.sensors import open_sensor
 from sitl.memory import MemoryStream
 from tests.unit.io.sensors.test_nmea0183 import sentence
+from tests.unit.io.sensors.test_nmea0183_instruments import fix_at
 
 ROW = SensorConfig(name="radar", driver="nmea0183", port="memory:radar")
 
@@ -54,3 +55,17 @@ def test_a_sounder_that_looks_ahead() -> None:
     assert read("SDDPT,3.40,0.2,100", row=ahead) == [DepthAhead(1.0, "radar", 3.4, 15.0)]
     assert read("SDDBT,11.15,f,3.40,M,1.86,F", row=ahead) == [DepthAhead(1.0, "radar", 3.4, 15.0)]
     assert isinstance(read("SDDPT,3.40,0.2,100")[0], Depth)
+
+
+@pytest.mark.parametrize(
+    "body", ["RATTM,01,0.50,120.0,T,4.0,270.0,T,,,N,,T,,{},A", "RATLL,03,6326.340,N,01023.940,E,X,{},T,"]
+)
+def test_a_radars_clock_does_not_move_the_fixes(body: str) -> None:
+    """On the receiver's line its clock is 0.2 s fast. Fixes keep the time of their arrival, targets that of theirs."""
+    port = MemoryStream("radar")
+    driver = open_sensor(ROW, port)
+    for k in range(5):
+        port.device.send(fix_at(float(k)), 1.0 + k)
+        port.device.send(sentence(body.format(f"12000{k}.80")), 1.6 + k)
+    times = [(type(reading), reading.t_s) for reading in driver.read(6.0)]
+    assert times == [(kind, t_s + k) for k in range(5) for kind, t_s in ((GnssFix, 1.0), (RadarTarget, 1.6))]

@@ -120,3 +120,28 @@ def test_a_device_that_has_lost_its_settings_is_configured_again() -> None:
         line.chunks = [(0.4 + 0.1 * k, VNINS)]
         sensor.read(0.4 + 0.1 * k)
     assert line.sent[2] == (pytest.approx(3.5), sentence("VNWRG,06,14"))
+
+
+def test_a_device_that_was_without_power_for_a_moment_is_configured_again() -> None:
+    """It comes back with VNYMR, at the rate that is stored in it: 40 Hz as it comes from the maker."""
+    sensor, line = driver(configure=True, rate_hz=100.0)
+    told = ((0.0, VNYMR), (0.1, sentence("VNWRG,06,14")), (0.2, sentence("VNWRG,07,100")), (0.3, VNYMR), (0.7, VNYMR))
+    for now_s, reply in told:
+        line.chunks = [(now_s, reply)]
+        sensor.read(now_s)
+    assert sensor.health(0.7).ok and len(line.sent) == 2
+    line.chunks = [(2.0, VNYMR)]
+    assert sensor.read(2.0) == () and line.sent[2:] == [(2.0, sentence("VNWRG,06,14"))]
+    line.chunks = [(2.02, sentence("VNWRG,06,14"))]
+    sensor.read(2.02)
+    line.chunks = [(2.04, sentence("VNWRG,07,100") + VNYMR)]
+    assert len(sensor.read(2.04)) == 1 and line.sent[3:] == [(2.02, sentence("VNWRG,07,100"))]
+
+
+def test_a_slow_device_is_not_configured_again_at_each_message() -> None:
+    sensor, line = driver(configure=True, rate_hz=1.0)
+    told = ((0.0, VNYMR), (0.1, sentence("VNWRG,06,14")), (0.2, sentence("VNWRG,07,1")), (1.2, VNYMR), (2.2, VNYMR))
+    for now_s, reply in told:
+        line.chunks = [(now_s, reply)]
+        sensor.read(now_s)
+    assert sensor.health(2.2).ok and len(line.sent) == 2
