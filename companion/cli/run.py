@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> int:
     punctuality = Punctuality()
     terminal = _terminal(vessel, names, punctuality, options.patience)
     console = start_console(arguments.console, state.directory, arguments.control) if feed else None
-    keep_scripts(vessel, find(arguments.vessel), private, state.directory, log_folder)
+    keep_scripts(vessel, find(arguments.vessel), private, state.directory, log_folder, clock.now_s())
     try:
         if arguments.realtime and not refused:
             print_warnings(realtime.control_thread())
