@@ -52,6 +52,7 @@ class LeaderLog:
         files = LogSet(folder, self, disk, patient=True)
         self._out: LogOutput = ThreadLog(files) if beside else DirectLog(files)
         self._now_s = 0.0
+        self._closed = False
 
     @property
     def output(self) -> LogOutput:
@@ -89,9 +90,11 @@ class LeaderLog:
         self._out.put(EVENTS, event_row(event, time_unix_ns).encode(), self._now_s)
 
     def close(self) -> None:
-        """Write what waits, and close all files."""
-        self._out.put(mcap_log.FILE, self._encoder.end(), self._now_s)
-        self._out.close()
+        """Write what waits, and close all files. Once closed, it does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._out.put(mcap_log.FILE, self._encoder.end(), self._now_s)
+            self._out.close()
 
 
 def _cell(value: Any) -> str:
