@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
-from companion.analysis.log_reader import Log, LogError, parameters_of
+from companion.analysis.log_reader import LogError, SensedBoat, SensorLog, parameters_of
 from companion.config.devices import SensorConfig
 from companion.core.geomagnetism import decimal_year, field_nt
 from companion.core.readings import FixType, GnssFix, Imu, MagneticField, Reading, TimeOfDay
@@ -37,17 +37,18 @@ class Calibration:
 
 
 def calibrate(
-    log: Log, out: Path, sensor: str | None = None, from_s: float = 0.0, to_s: float = math.inf
+    log: SensorLog, out: Path, sensor: str | None = None, from_s: float = 0.0, to_s: float = math.inf
 ) -> Calibration:
     """Fit, and write `magnetometer.toml` and `magnetometer.png` into `out`.
 
     `sensor`: the magnetometer's name, needed where the log has several. Raises LogError for an unsuitable log, OSError.
     """
     warnings: list[str] = []
-    row, own, dip_rad = _readings(log, sensor, from_s, to_s, warnings)
+    row, own = _readings(log, sensor, from_s, to_s, warnings)
+    lat_deg, dip_rad = _latitude_and_dip(log, warnings)
     mounting = _mounting(log, row, warnings)
     readings = [_turned(reading, mounting) for reading in own]
-    gravity = normal_gravity_mps2(log.config.home.lat_deg)
+    gravity = normal_gravity_mps2(lat_deg)
     turns = _tilts(log, row, readings, gravity, dip_rad, None)
     found = _fit(turns)
     for _ in range(PASSES):
@@ -68,10 +69,10 @@ def calibrate(
     return Calibration(in_own_axes, report(row, turns, found), toml, plotted, tuple(warnings))
 
 
-def _mounting(log: Log, row: SensorConfig, warnings: list[str]) -> Mounting:
+def _mounting(log: SensorLog, row: SensorConfig, warnings: list[str]) -> Mounting:
     """How the parameters turn the devices once the lines are in the vessel's file, so that the row is numbered."""
     sensors = tuple(replace(one, heading="ahrs") if one.name == row.name else one for one in log.config.sensors)
-    return Mounting(replace(log.config, sensors=sensors), parameters_of(log, warnings))
+    return Mounting(SensedBoat(log.config.home, sensors), parameters_of(log, warnings))
 
 
 def _turned(reading: Reading, mounting: Mounting) -> Reading:
@@ -82,9 +83,9 @@ def _turned(reading: Reading, mounting: Mounting) -> Reading:
 
 
 def _readings(
-    log: Log, sensor: str | None, from_s: float, to_s: float, warnings: list[str]
-) -> tuple[SensorConfig, list[Reading], float]:
-    """The sensor's row, its readings and all velocities in order of time, and the dip."""
+    log: SensorLog, sensor: str | None, from_s: float, to_s: float, warnings: list[str]
+) -> tuple[SensorConfig, list[Reading]]:
+    """The sensor's row, and its readings and all velocities in order of time."""
     path = path_in(log.folder)
     fields = read_kind(path, "field", warnings)
     names = sorted({reading.source for reading in fields})
@@ -105,11 +106,12 @@ def _readings(
         raise LogError(f"{path}: no accelerations of '{name}', so its tilt is not known")
     chosen = [r for r in (*own, *read_kind(path, "velocity", warnings)) if from_s <= r.t_s <= to_s]
     chosen.sort(key=lambda reading: reading.t_s)
-    return row, chosen, _dip(log, path, warnings)
+    return row, chosen
 
 
-def _dip(log: Log, path: Path, warnings: list[str]) -> float:
-    """Dip of the Earth's field, positive down, where the log was made."""
+def _latitude_and_dip(log: SensorLog, warnings: list[str]) -> tuple[float, float]:
+    """(latitude in degrees, dip of the Earth's field in rad, positive down) where the log was made."""
+    path = path_in(log.folder)
     place = log.config.home.lat_deg, log.config.home.lon_deg
     for fix in read_kind(path, "gnss", warnings):
         if isinstance(fix, GnssFix) and fix.fix >= FixType.FIX_2D:
@@ -119,11 +121,11 @@ def _dip(log: Log, path: Path, warnings: list[str]) -> float:
         (reading.time_unix_ns for reading in read_kind(path, "time", warnings) if isinstance(reading, TimeOfDay)), None
     )
     north, east, down = field_nt(*place, decimal_year(time_ns))
-    return math.atan2(down, math.hypot(north, east))
+    return place[0], math.atan2(down, math.hypot(north, east))
 
 
 def _tilts(
-    log: Log, row: SensorConfig, readings: list[Reading], gravity: float, dip_rad: float, rough: FieldFit | None
+    log: SensorLog, row: SensorConfig, readings: list[Reading], gravity: float, dip_rad: float, rough: FieldFit | None
 ) -> Turns:
     """One pass of the log through an AHRS."""
     levers = lever_arms(log.config.sensors)
@@ -176,7 +178,7 @@ def report(row: SensorConfig, turns: Turns, found: FieldFit) -> str:
     )
 
 
-def toml_lines(log: Log, row: SensorConfig, found: FieldFit) -> str:
+def toml_lines(log: SensorLog, row: SensorConfig, found: FieldFit) -> str:
     """Lines for the sensor's table in the vessel's file."""
     wander_deg = math.degrees(wander_rad(found))
     rows = ", ".join("[" + ", ".join(f"{value:.6g}" for value in line) + "]" for line in found.matrix.tolist())

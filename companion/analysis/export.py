@@ -10,15 +10,18 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from companion.analysis.log_reader import LogError
-from companion.analysis.report_data import read_log
+from companion.analysis.report_data import Recorded, read_log
 from companion.analysis.track_files import FORMATS as TRACK_FORMATS
 from companion.analysis.track_files import track_of
-from companion.core.readings import KINDS
+from companion.core.readings import KINDS, TimeOfDay
 from companion.record import readings
 
 TABLE_FORMATS = ("csv", "parquet")
 FORMATS = (*TABLE_FORMATS, *TRACK_FORMATS)
+_CLOCK_NS = 2e9  # by which a clock is wrong
 _ARROW_MISSING = "parquet needs pyarrow: pip install 'usv-companion[export]'"
 
 Table = Mapping[str, Sequence[Any]]
@@ -37,7 +40,7 @@ def export(folder: Path, formats: Sequence[str], out: Path, warnings: list[str])
     if tracks:
         recorded = read_log(folder)
         warnings += recorded.warnings
-        track = track_of(recorded)
+        track = track_of(recorded, _satellites_ns(folder, recorded, warnings))
         if not track.stretches:
             raise LogError(f"{folder}: no valid position in this log, so there is no track")
         for name in tracks:
@@ -50,6 +53,19 @@ def export(folder: Path, formats: Sequence[str], out: Path, warnings: list[str])
         if "parquet" in formats:
             written += _write_parquet(folder, tables, out, warnings)
     return written
+
+
+def _satellites_ns(folder: Path, recorded: Recorded, warnings: list[str]) -> float | None:
+    """Unix time at the log's 0 s by the satellites, where the computer's clock is far from it: small computers keep
+    no time while they are off. None where its clock is right, or nothing better is known."""
+    path = readings.path_in(folder)
+    told = readings.read_kind(path, "time", warnings) if path.exists() else []
+    zeros_ns = [one.time_unix_ns - 1e9 * one.t_s for one in told if isinstance(one, TimeOfDay)]
+    if not zeros_ns:
+        return None
+    zero_ns = float(np.median(zeros_ns))
+    off_ns = recorded.ticks["time_unix_ns"] - (zero_ns + 1e9 * recorded.t_s)
+    return zero_ns if float(np.max(np.abs(off_ns))) > _CLOCK_NS else None
 
 
 def reading_tables(folder: Path, warnings: list[str]) -> dict[str, Table]:

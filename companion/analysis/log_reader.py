@@ -11,13 +11,13 @@ from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol
 
 from companion.config.actuators import BRIDGES
 from companion.config.devices import ActuatorConfig, SensorConfig
 from companion.config.dimensions.fins import without_fins
 from companion.config.sensors import SENSORS
-from companion.config.vessel import VesselConfig
+from companion.config.vessel import HomeConfig, NavigatedBoat, VesselConfig
 from companion.params.spec import ParamRefusal
 from companion.params.store import Parameters
 from companion.params.table import table_of
@@ -45,18 +45,65 @@ class Log:
         return replace(self, config=replace(config, hull=hull))
 
 
+class SensorLog(Protocol):
+    """What a log tells of a boat's sensors, a vessel's or a lead boat's."""
+
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
+        ...
+
+    @property
+    def config(self) -> NavigatedBoat:
+        """The boat's sensors and home."""
+        ...
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """The value of each parameter at the start."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SensedBoat:
+    """Of a boat its sensors and home alone: all that the manifest of a leader module has."""
+
+    home: HomeConfig
+    sensors: tuple[SensorConfig, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LeaderModuleLog:
+    """A SensorLog that a leader module wrote."""
+
+    folder: Path
+    config: SensedBoat
+    parameters: Mapping[str, float]
+
+
 def open_log(folder: Path) -> Log:
     """The log in `folder`. Raises LogError where manifest.json is missing or holds no vessel."""
+    log = open_sensor_log(folder)
+    if not isinstance(log, Log):
+        raise LogError(f"{folder}: the log of a leader module, which `calibrate` and `export --to csv` read")
+    return log
+
+
+def open_sensor_log(folder: Path) -> Log | LeaderModuleLog:
+    """The log of a vessel or a leader module in `folder`. Raises LogError where manifest.json is missing or holds
+    neither."""
     path = folder / "manifest.json"
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
-        config = vessel_of(manifest["configuration"])
+        configuration = manifest["configuration"]
         parameters = {str(name): float(value) for name, value in manifest["parameters"].items()}
+        if "follower" in configuration:
+            return LeaderModuleLog(folder, _rebuilt(SensedBoat, configuration), parameters)
+        return Log(folder, vessel_of(configuration), parameters)
     except OSError as error:
         raise LogError(f"{folder}: no log folder: {error.strerror}: {path.name}{_logs_in(folder)}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise LogError(f"{path}: not a manifest that this version can read: {error}") from error
-    return Log(folder, config, parameters)
 
 
 def _logs_in(folder: Path) -> str:
@@ -65,7 +112,7 @@ def _logs_in(folder: Path) -> str:
     return "" if newest is None else f"; the newest log in it is {newest.parent}"
 
 
-def parameters_of(log: Log, warnings: list[str]) -> Parameters:
+def parameters_of(log: SensorLog, warnings: list[str]) -> Parameters:
     """Today's table with the values of the run's start. A value that it refuses keeps its default, with a warning."""
     parameters = Parameters(table=table_of(log.config))
     for name, value in log.parameters.items():

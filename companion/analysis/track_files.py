@@ -41,9 +41,11 @@ class Track:
     events: Sequence[tuple[LoggedEvent, float, float, float]]  # event, lat_deg, lon_deg, Unix ns
 
 
-def track_of(recorded: Recorded) -> Track:
-    """The track while the position was valid."""
+def track_of(recorded: Recorded, satellites_ns: float | None = None) -> Track:
+    """The track while the position was valid. `satellites_ns`: Unix time at the log's 0 s by the satellites, where that
+    is to count, not the computer's clock."""
     ticks = recorded.ticks
+    unix_ns = ticks["time_unix_ns"] if satellites_ns is None else satellites_ns + 1e9 * recorded.t_s
     known = np.isfinite(ticks["lat_deg"]) & (ticks["position_valid"] > 0.0)
     key = np.where(known, recorded.modes, -1)
     borders = [0, *(np.flatnonzero(np.diff(key)) + 1).tolist(), len(key)]
@@ -52,14 +54,14 @@ def track_of(recorded: Recorded) -> Track:
     for begin, end in itertools.pairwise(borders):
         if key[begin] >= 0:
             at = slice(begin, min(end + 1, len(key)) if end < len(key) and key[end] >= 0 else end)
-            columns = (ticks["lat_deg"], ticks["lon_deg"], speed, ticks["yaw_rad"], ticks["time_unix_ns"])
+            columns = (ticks["lat_deg"], ticks["lon_deg"], speed, ticks["yaw_rad"], unix_ns)
             stretches.append(Stretch(recorded.mode_names[key[begin]], *(column[at] for column in columns)))
     events = []
     for event in recorded.events:
         at_tick = min(int(np.searchsorted(recorded.t_s, event.t_s)), len(known) - 1)
         if event.severity in WATCHED and known[at_tick]:
             place = float(ticks["lat_deg"][at_tick]), float(ticks["lon_deg"][at_tick])
-            events.append((event, *place, float(ticks["time_unix_ns"][at_tick])))
+            events.append((event, *place, float(unix_ns[at_tick])))
     return Track(f"{recorded.log.config.title}: {recorded.log.folder.name}", stretches, events)
 
 

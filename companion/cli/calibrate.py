@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from companion.analysis.log_reader import open_log
+from companion.analysis.log_reader import open_sensor_log
 from companion.cli.common import add_time_span, judge_out_folder, print_warnings
 
 
@@ -27,7 +27,7 @@ def add_to(commands: Any) -> None:
 def _calibrate(arguments: argparse.Namespace) -> int:
     from companion.analysis.calibrate import calibrate
 
-    log, out = open_log(arguments.folder), arguments.out or arguments.folder
+    log, out = open_sensor_log(arguments.folder), arguments.out or arguments.folder
     judge_out_folder(out)
     found = calibrate(log, out, arguments.sensor, arguments.from_s, arguments.to_s)
     print_warnings(found.warnings)

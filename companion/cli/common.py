@@ -19,6 +19,7 @@ from typing import Any
 from companion.clock import DrivenClock
 from companion.core.nearest import did_you_mean
 from companion.core.ports import Clock
+from companion.record.log_writer import medium_fails
 
 _BLOCK = 4096
 _ENDING_S = 5.0  # in which a process may end by itself
@@ -160,6 +161,18 @@ def judge_log_folder(folder: Path) -> None:
         _try(folder)
     except OSError as error:
         raise no_log(folder, error) from error
+
+
+def judge_logs(logs: Path, sitl: bool) -> None:
+    """Make the folder of the logs. A medium that is full or fails is said, and keeps no boat ashore, nor one adrift
+    whose computer has just restarted. Raises UsageError as `judge_log_folder` for all else, and in simulation."""
+    try:
+        judge_log_folder(logs)
+    except UsageError as error:
+        cause = error.__cause__
+        if sitl or not isinstance(cause, OSError) or not medium_fails(cause):
+            raise
+        complain(f"{error}; until then it runs without a log")
 
 
 def judge_out_folder(folder: Path) -> None:

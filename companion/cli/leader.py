@@ -15,7 +15,7 @@ from companion.cli.common import (
     complain,
     driven_clock,
     is_over,
-    judge_log_folder,
+    judge_logs,
     new_folder,
 )
 from companion.clock import WallClock
@@ -57,7 +57,7 @@ def _leader(arguments: argparse.Namespace) -> int:
     config = load_leader(arguments.config)
     clock = driven_clock(arguments.clock, time.time_ns()) if arguments.clock else WallClock()
     logs = boat_folder(config.name) / "logs" if arguments.log is None else arguments.log
-    judge_log_folder(logs)
+    judge_logs(logs, sitl=False)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     urls = tuple(arguments.link or config.links)
     links = open_links((*urls, *config.local_links))
@@ -73,7 +73,7 @@ def _leader(arguments: argparse.Namespace) -> int:
         module = build_leader(
             config,
             LeaderSurroundings(
-                clock, TransportOpener(), towards, local, console, log_folder, True, _signing(state, clock)
+                clock, TransportOpener(), towards, local, console, log_folder, True, signing=_signing(state, clock)
             ),
         )
         try:

@@ -21,7 +21,7 @@ from companion.cli.common import (
     boat_folder,
     complain,
     is_over,
-    judge_log_folder,
+    judge_logs,
     judge_time,
     new_folder,
     outlive_outputs,
@@ -42,7 +42,6 @@ from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
 from companion.io.service_manager import service_manager
 from companion.loop import Punctuality, Vessel, run
-from companion.record.log_writer import medium_fails
 from companion.record.retention import Retention
 from companion.record.state_file import StateFile
 
@@ -116,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> int:
     punctuality = Punctuality()
     terminal = _terminal(vessel, names, punctuality, options.patience)
     console = start_console(arguments.console, state.directory, arguments.control) if feed else None
-    keep_scripts(vessel, find(arguments.vessel), private, state.directory, log_folder)
+    keep_scripts(vessel, find(arguments.vessel), private, state.directory, log_folder, clock.now_s())
     try:
         if arguments.realtime and not refused:
             print_warnings(realtime.control_thread())
@@ -136,18 +135,6 @@ def _run(arguments: argparse.Namespace) -> int:
         _print_summary(summary.lines(None if options.sitl else punctuality), log_folder, ModeId.TRIAL in summary.modes)
     _restart_if_requested(vessel)
     return 0
-
-
-def judge_logs(logs: Path, sitl: bool) -> None:
-    """Make the folder of the logs. A medium that is full or fails is said, and keeps no boat ashore, nor one adrift
-    whose computer has just restarted. Raises UsageError as `judge_log_folder` for all else, and in simulation."""
-    try:
-        judge_log_folder(logs)
-    except UsageError as error:
-        cause = error.__cause__
-        if sitl or not isinstance(cause, OSError) or not medium_fails(cause):
-            raise
-        complain(f"{error}; until then the boat runs without a log")
 
 
 def _keep_trials(vessel: Vessel, vessel_file: Path, process: IdentifyProcess) -> str | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from companion.config.scripts import ScriptConfig, script_system
+from companion.core.decision import TextKind
 from companion.io.mavlink.wire.script_link import ScriptLink
 from companion.loop import Vessel
 from companion.record.feed import SOCKET
@@ -18,9 +19,11 @@ def script_links(scripts: Sequence[ScriptConfig]) -> list[ScriptLink]:
     return [ScriptLink(script.name, script_system(scripts, i), script.may) for i, script in enumerate(scripts)]
 
 
-def keep_scripts(vessel: Vessel, vessel_file: Path, links: Sequence[ScriptLink], state: Path, log_folder: Path) -> None:
-    """Start the scripts of the vessel, and keep them. Raises OSError where their folders cannot
-    be made."""
+def keep_scripts(
+    vessel: Vessel, vessel_file: Path, links: Sequence[ScriptLink], state: Path, log_folder: Path, now_s: float
+) -> None:
+    """Start the scripts of the vessel, and keep them. One whose folder cannot be made is left out, with a warning: the
+    boat runs."""
     scripts = vessel.config.scripts
     if not scripts:
         return  # most boats have none: what keeps them is not loaded then
@@ -31,7 +34,14 @@ def keep_scripts(vessel: Vessel, vessel_file: Path, links: Sequence[ScriptLink],
     kept = []
     for i, (script, link) in enumerate(zip(scripts, links, strict=True)):
         folder = (state / FOLDER / script.name).absolute()
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            link.fault = f"no folder: {error.strerror or error}"
+            vessel.events.say(
+                now_s, TextKind.ATTENTION, f"script_{script.name}", f"Script {script.name}: {link.fault}"[:50]
+            )
+            continue
         settings = Settings(
             file=str((vessel_file.parent / script.file).absolute()),
             arguments=script.arguments,

@@ -44,6 +44,7 @@ MemoryMin=200M
 LimitNOFILE=4096
 """
 _STATE, _LOGS = "/var/lib/usv-companion", "/var/log/usv-companion"
+STATE_FOLDER = Path(_STATE) / "state"
 
 
 class ServiceError(UsageError):

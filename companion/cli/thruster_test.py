@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import select
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,7 @@ from typing import Any
 from companion.allocation.feedback import ThrusterReports
 from companion.app import load_vessel
 from companion.cli.common import UsageError, boat_folder
+from companion.cli.service import STATE_FOLDER, UNIT
 from companion.clock import PacedClock, WallClock
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
@@ -26,7 +28,7 @@ from companion.core.ports import Actuator, StreamOpener, WaitingClock, World
 from companion.io.actuators import open_actuator
 from companion.io.transport.opener import TransportOpener
 from companion.loop import RealWorld
-from companion.record.state_file import StateFile
+from companion.record.state_file import StateFile, StateFileBusy, lock_of_another
 from companion.safety import Gate
 from companion.supervisor.motor_test import MOST_POWER, RAMP_S
 
@@ -66,8 +68,10 @@ def add_to(commands: Any) -> None:
 
 
 def _thruster_test(arguments: argparse.Namespace) -> int:
-    """The state folder is locked meanwhile: a companion that runs this vessel would command the same thrusters."""
+    """The state folders of this user and of the service are locked meanwhile: a companion that runs this vessel would
+    command the same thrusters."""
     config = load_vessel(arguments.vessel)
+    service = None if arguments.sitl else _lock_of_service()
     state = StateFile(boat_folder(config.name, arguments.sitl) / "state")
     try:
         if arguments.sitl:
@@ -79,6 +83,15 @@ def _thruster_test(arguments: argparse.Namespace) -> int:
         return run_test(config, TransportOpener(), RealWorld(), WallClock(), arguments)
     finally:
         state.close()
+        if service is not None:
+            os.close(service)
+
+
+def _lock_of_service() -> int | None:
+    try:
+        return lock_of_another(STATE_FOLDER)
+    except StateFileBusy as error:
+        raise TrialError(f"the service runs, and commands the thrusters: `sudo systemctl stop {UNIT}` first") from error
 
 
 class TrialError(UsageError):

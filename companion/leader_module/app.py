@@ -35,6 +35,8 @@ from companion.leader_module.log import LeaderLog
 from companion.leader_module.moving_base import RtcmTap
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
+from companion.params.table import table_of
+from companion.record.disk import REAL_DISK, Disk
 from companion.record.storage import log_health
 
 _KEYS = {"m": Wish.MANUAL, "r": Wish.REMOTE, "a": Wish.AUTONOMOUS}
@@ -96,25 +98,28 @@ class LeaderSurroundings:
     display: Display
     log_folder: Path | None = None
     durable_log: bool = False
+    disk: Disk = REAL_DISK
     signing: Signing | None = None  # has the key, for links that use signatures
 
 
 def build_leader(config: LeaderConfig, around: LeaderSurroundings) -> LeaderModule:
     """The module of `config`. Raises ConfigError for an unknown driver, OSError for a log folder that cannot be
-    written."""
+    written, unless its medium is full or fails."""
     ports = {row.name: around.opener.open(row.name, row.port) for row in config.sensors}
     bases = {row.name: RtcmTap(ports[row.name]) for row in config.sensors if row.moving_base}
     lines: dict[str, ByteStream] = {name: bases.get(name) or port for name, port in ports.items()}
     sensors = tuple(open_sensor(row, lines[row.name]) for row in config.sensors)
+    parameters = Parameters(config.parameters, table_of(config))
     log = None
     if around.log_folder is not None:
         manifest = {
             "version": program_version(),
             "started_unix_ns": around.clock.time_unix_ns(),
+            "parameters": {spec.name: parameters[spec.name] for spec in parameters.specs},
             "configuration": asdict(config),
         }
-        log = LeaderLog(around.log_folder, manifest, around.durable_log)
-    return LeaderModule(config, around, sensors, log, tuple(bases.values()))
+        log = LeaderLog(around.log_folder, manifest, around.durable_log, around.disk)
+    return LeaderModule(config, around, sensors, parameters, log, tuple(bases.values()))
 
 
 class LeaderModule:
@@ -129,6 +134,7 @@ class LeaderModule:
         config: LeaderConfig,
         around: LeaderSurroundings,
         sensors: Sequence[Sensor],
+        parameters: Parameters,
         log: LeaderLog | None,
         bases: Sequence[RtcmTap] = (),
     ) -> None:
@@ -139,7 +145,7 @@ class LeaderModule:
         self._events = EventLog()
         self._clock, self._display, self._log = around.clock, around.display, log
         self._sensors, self._bases = tuple(sensors), tuple(bases)
-        self._estimator = Estimator(config, Parameters(config.parameters), self._events.say, ThesisAhrs)
+        self._estimator = Estimator(config, parameters, self._events.say, ThesisAhrs)
         self._fixes = FixWatch()
         self._joystick = Joystick(config.joystick) if config.joystick is not None else None
         self._links = tuple(
@@ -203,7 +209,7 @@ class LeaderModule:
             ground_station.publish(nav, placed)
         self._announce_changes(placed, now_s)
         self._show(broadcast)
-        self._record(broadcast)
+        self._record(broadcast, readings)
 
     def close(self) -> None:
         """Close links, devices and log."""
@@ -277,9 +283,10 @@ class LeaderModule:
             self._shown_s = now_s
             self._display.show(status_line(broadcast, self.link.follower, self.link.counter), now_s)
 
-    def _record(self, broadcast: Broadcast) -> None:
+    def _record(self, broadcast: Broadcast, readings: Sequence[Reading]) -> None:
         if self._log is None:
             return
+        self._log.readings(readings, broadcast.nav.t_s, self._clock.time_unix_ns())
         nav, sticks, link = broadcast.nav, broadcast.sticks, self.link
         follower = link.follower
         self._log.row(

@@ -1,13 +1,16 @@
-"""The log folder of a leader module: module.csv, events.csv, manifest.json, written as a vessel's."""
+"""The log folder of a leader module: module.csv, log.mcap, events.csv, manifest.json, written as a vessel's."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from companion.core.decision import Event
+from companion.core.readings import Reading
+from companion.record import mcap_log
+from companion.record.disk import REAL_DISK, Disk
 from companion.record.log_writer import DirectLog, LogOutput, LogSet, ThreadLog
 from companion.record.recorder import EVENT_COLUMNS, EVENTS, event_row
 
@@ -41,12 +44,15 @@ COLUMNS = (
 class LeaderLog:
     """Recorder of a leader module's run."""
 
-    def __init__(self, folder: Path, manifest: Mapping[str, Any], beside: bool) -> None:
-        """`beside`: write and sync it by threads. Raises OSError when the folder cannot be written."""
+    def __init__(self, folder: Path, manifest: Mapping[str, Any], beside: bool, disk: Disk = REAL_DISK) -> None:
+        """`beside`: write and sync it by threads. A medium that is full or fails takes it later. Raises OSError when
+        the folder cannot be written for any other reason."""
         self._manifest = manifest
-        files = LogSet(folder, self)
+        self._encoder = mcap_log.McapEncoder()
+        files = LogSet(folder, self, disk, patient=True)
         self._out: LogOutput = ThreadLog(files) if beside else DirectLog(files)
         self._now_s = 0.0
+        self._closed = False
 
     @property
     def output(self) -> LogOutput:
@@ -55,7 +61,11 @@ class LeaderLog:
 
     def headers(self) -> Mapping[str, bytes]:
         """As `LogContent.headers`."""
-        return {_ROWS: (",".join(COLUMNS) + "\n").encode(), EVENTS: (",".join(EVENT_COLUMNS) + "\n").encode()}
+        return {
+            _ROWS: (",".join(COLUMNS) + "\n").encode(),
+            EVENTS: (",".join(EVENT_COLUMNS) + "\n").encode(),
+            mcap_log.FILE: self._encoder.header(),
+        }
 
     def furnish(self, folder: Path) -> None:
         """As `LogContent.furnish`."""
@@ -67,13 +77,24 @@ class LeaderLog:
         self._now_s = float(values["t_s"])
         self._out.put(_ROWS, (",".join(_cell(values[name]) for name in COLUMNS) + "\n").encode(), self._now_s)
 
+    def readings(self, readings: Sequence[Reading], t_s: float, time_unix_ns: int) -> None:
+        """Write the readings of a tick to log.mcap."""
+        if self._out.stopped is not None:
+            self._encoder.drop()
+        self._encoder.lone_readings(readings, t_s, time_unix_ns)
+        if chunk := self._encoder.due():
+            self._out.put(mcap_log.FILE, chunk, t_s)
+
     def event(self, event: Event, time_unix_ns: int) -> None:
         """Write a row of events.csv."""
         self._out.put(EVENTS, event_row(event, time_unix_ns).encode(), self._now_s)
 
     def close(self) -> None:
-        """Write what waits, and close all files."""
-        self._out.close()
+        """Write what waits, and close all files. Once closed, it does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._out.put(mcap_log.FILE, self._encoder.end(), self._now_s)
+            self._out.close()
 
 
 def _cell(value: Any) -> str:

@@ -22,6 +22,7 @@ _AT_ONCE = 400  # readings of a later pass in one tick
 _SILENT_S = 3.0
 _STANDS_S = 60.0
 _LONGEST_S = 900.0
+_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _MOST_LEFT_RAD = math.radians(5.0)
 
 
@@ -76,7 +77,7 @@ class CompassCalibration:
             else:
                 self._go_on()
         except TurnsError as error:
-            self.failure = str(error)
+            self.failure = error.brief
 
     def _pass(self, rough: FieldFit | None) -> TiltPass:
         lever_m = self.row.x_m, self.row.y_m, self.row.z_m
@@ -126,9 +127,9 @@ class CompassCalibration:
 
     def _failure(self, now_s: float) -> str | None:
         if now_s - self._imu_s > _SILENT_S:
-            return f"{self.row.name} is silent"
+            return f"{self.row.name[:_NAME]} is silent"
         if now_s - self._field_s > _SILENT_S:
-            return f"no magnetic field from {self.row.name}"
+            return f"no field from {self.row.name[: _NAME - 4]}"
         if now_s - self._turned_s > _STANDS_S:
             return f"no turn for {_STANDS_S:.0f} s"
         return f"no end after {_LONGEST_S:.0f} s" if now_s - self._begin_s > _LONGEST_S else None

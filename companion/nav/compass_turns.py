@@ -29,7 +29,12 @@ _VELOCITY_SIGMA_MPS = 0.06
 
 
 class TurnsError(ValueError):
-    """Why the samples give no calibration, without the remedy."""
+    """Why the samples give no calibration, without the remedy. `brief`: the same in at most 26 characters, for a
+    STATUSTEXT."""
+
+    def __init__(self, text: str, brief: str) -> None:
+        super().__init__(text)
+        self.brief = brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +94,7 @@ class TiltPass:
     def turns(self, dip_rad: float, most: int) -> Turns:
         """At most `most` of the samples. Raises TurnsError where there are none."""
         if not self.samples:
-            raise TurnsError("the readings end before the tilt was known")
+            raise TurnsError("the readings end before the tilt was known", "the tilt was not known")
         table = np.array(self.samples)
         table = table[table[:, 0] > table[0, 0] + _SETTLE_S]
         spread = table[_all_round(table[:, 1:4], most)]
@@ -113,13 +118,17 @@ def fit_turns(turns: Turns) -> FieldFit:
     try:
         found = fit(turns.field, turns.tilt, turns.dip_rad)
     except ValueError as error:
-        raise TurnsError(str(error)) from error
+        raise TurnsError(str(error), "too few samples") from error
     heading, _ = headings((turns.field - found.offset) @ found.matrix, turns.tilt)
     missing = np.flatnonzero(sectors_seen(heading) < _FEWEST)
     if len(missing):
         towards = sorted({round(8 * (k + 0.5) / SECTORS) % 8 for k in missing.tolist()})
-        more = f" and {len(towards) - _NAMED} more" if len(towards) > _NAMED else ""
-        raise TurnsError(f"no headings to the {', '.join(POINTS[k] for k in towards[:_NAMED])}{more}")
+        named, further = [POINTS[k] for k in towards[:_NAMED]], len(towards) - _NAMED
+        letters = ["".join(word[0].upper() for word in point.split("-")) for point in named]
+        raise TurnsError(
+            f"no headings to the {', '.join(named)}{f' and {further} more' if further > 0 else ''}",
+            f"no headings {', '.join(letters)}{f' +{further}' if further > 0 else ''}",
+        )
     return found
 
 

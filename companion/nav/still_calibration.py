@@ -13,6 +13,7 @@ _FEWEST = 50
 _MOST_TILT_RAD = math.radians(20.0)
 _MOST_BIAS_RADPS = math.radians(5.0)  # what no gyro has: the boat turns
 _AT_ENDS = 0.2  # share of the time, at its begin and at its end, over which directions are averaged
+_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _LEVEL_PART = 0.3  # of the Earth's field, at least, which alone turns with the boat; to 70 degrees of latitude
 
 
@@ -21,8 +22,8 @@ class StillMean:
     `complete`.
 
     `swing_radps`: largest standard deviation of a rate at which the boat counts as still; `turn_rad`: how far headings
-    and magnetic fields may turn meanwhile. A steady turn looks like a bias to the gyro alone. `progress`: 0…1.
-    Remembers sums.
+    and magnetic fields may turn meanwhile. A steady turn looks like a bias to the gyro alone. `progress`: 0…1;
+    `silent`: whether the failure is that the sensor sends too little. Remembers sums.
     """
 
     def __init__(
@@ -31,6 +32,7 @@ class StillMean:
         self.name = name
         self.progress = 0.0
         self.failure: str | None = None
+        self.silent = False
         self._duration_s, self._swing_radps = duration_s, swing_radps
         self._begin_s = self._heard_s = now_s
         self._count = 0
@@ -69,7 +71,8 @@ class StillMean:
             elif isinstance(reading, Heading | MagneticField):
                 self._directions.add(reading, self.progress)
         if now_s - self._heard_s > _SILENT_S or (self.progress >= 1.0 and self._count < _FEWEST):
-            self.failure = f"{self.name} is silent"
+            self.silent = True
+            self.failure = f"{self.name[:_NAME]} is silent"
         elif self._moves():
             self.failure = "the boat moves"
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from companion.config.vessel import VesselConfig
+from companion.config.vessel import NavigatedBoat
 from companion.params import (
     calibration,
     compatibility,
@@ -42,8 +42,8 @@ TABLE: tuple[ParamSpec, ...] = (
 """Every parameter, in the order in which ground stations list them."""
 
 
-def table_of(config: VesselConfig) -> tuple[ParamSpec, ...]:
-    """The table of one vessel: read-only values that tell ground stations what it has."""
+def table_of(config: NavigatedBoat) -> tuple[ParamSpec, ...]:
+    """The table of one boat: read-only values that tell ground stations what it has."""
     facts = _facts(config)
     return tuple(
         replace(spec, default=facts[spec.name], minimum=facts[spec.name], maximum=facts[spec.name])
@@ -53,5 +53,5 @@ def table_of(config: VesselConfig) -> tuple[ParamSpec, ...]:
     )
 
 
-def _facts(config: VesselConfig) -> Mapping[str, int]:
+def _facts(config: NavigatedBoat) -> Mapping[str, int]:
     return {"SYS_HAS_MAG": int(any(row.heading == "ahrs" for row in config.sensors))}

@@ -28,13 +28,13 @@ from mcap.records import Channel, Chunk, DataEnd, Footer, Header, McapRecord, Sc
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from companion.core.decision import Event, TextKind
-from companion.core.readings import KINDS
+from companion.core.readings import KINDS, Reading
 from companion.core.tick import DeviceHealth, Tick
 from companion.record import log_schemas as schemas
 from companion.record.columns import ColumnWriter, Layout, tick_us_of
 from companion.record.protobuf import blob, descriptor_file, descriptor_set, packed_varints, tag, text, whole
 from companion.record.reading_codec import CODECS
-from companion.record.recorded import thruster_values, tick_values
+from companion.record.recorded import thruster_values, tick_values, unsteered_values
 
 FILE = "log.mcap"
 MAGIC = b"\x89MCAP0\r\n"
@@ -88,7 +88,7 @@ class McapEncoder:
         self._now_ns = tick.time_unix_ns
         for device in changed:
             self._add(schemas.HEALTH, text(1, device.name) + whole(2, device.ok) + text(3, device.text))
-        order = self._readings(tick)
+        order = self._readings(tick.readings, tick.nav.t_s)
         self._add(schemas.TICK, _tick_message(tick, order))
         for event in tick.events:
             self._event(event)
@@ -96,6 +96,13 @@ class McapEncoder:
             self._viewed_s = tick.t_s
             for channel, message in schemas.views(tick):
                 self._add(channel, message)
+
+    def lone_readings(self, readings: Sequence[Reading], t_s: float, time_unix_ns: int) -> None:
+        """The readings of a tick in which nothing is steered: a leader module's."""
+        self._now_ns = time_unix_ns
+        order = self._readings(readings, t_s)
+        row = schemas.TICK_ROW.packed(unsteered_values(t_s))
+        self._add(schemas.TICK, row + blob(schemas.ORDER, packed_varints(order)))
 
     def due(self) -> bytes:
         """The chunk, where it is time for it; else nothing."""
@@ -128,11 +135,11 @@ class McapEncoder:
         self._messages += (head, message)
         self._bytes += len(head) + len(message)
 
-    def _readings(self, tick: Tick) -> list[int]:
+    def _readings(self, readings: Sequence[Reading], t_s: float) -> list[int]:
         """Write the readings. Returns the channel of each, in their order of arrival."""
         groups: dict[_Key, list[Any]] = {}
         keys: list[_Key] = []
-        for reading in tick.readings:
+        for reading in readings:
             key = (reading.__class__, reading.source)
             group = groups.get(key)
             if group is not None:
@@ -142,13 +149,13 @@ class McapEncoder:
             else:
                 continue  # a recorder never ends a run; a test sees to it that every kind has its row
             keys.append(key)
-        now_us = tick_us_of(tick.nav.t_s)
+        now_us = tick_us_of(t_s)
         channels: dict[_Key, Iterator[int]] = {}
-        for key, readings in groups.items():
+        for key, group in groups.items():
             try:
-                channels[key] = self._channels_of(key, readings, now_us)
+                channels[key] = self._channels_of(key, group, now_us)
             except (ArithmeticError, TypeError, ValueError, struct.error) as error:
-                self._leave_out(key, error, tick.t_s)
+                self._leave_out(key, error, t_s)
         return [next(channels[key]) for key in keys if key in channels]
 
     def _channels_of(self, key: _Key, readings: Sequence[Any], now_us: int) -> Iterator[int]:

@@ -92,6 +92,12 @@ def tick_values(tick: Tick) -> tuple[float, ...]:
     )
 
 
+def unsteered_values(t_s: float) -> tuple[float, ...]:
+    """The values of TICK_COLUMNS of a tick in which nothing is steered and no pose is told."""
+    armed, kind = 0.0, float(_NUMBER_OF[NeutralSetpoint])
+    return (t_s, *[math.nan] * len(_POSE), armed, kind, *[math.nan] * (len(TICK_COLUMNS) - len(_POSE) - 3))
+
+
 def thruster_values(tick: Tick) -> tuple[list[float], list[float]]:
     """Throttles and azimuths where the setpoint sets them; NaN for a thruster that does not turn."""
     commands = tick.setpoint.thrusters if isinstance(tick.setpoint, ThrusterSetpoint) else ()

@@ -49,6 +49,29 @@ class StateFileBusy(Exception):
     """Another companion has locked the state directory; the text says what to do."""
 
 
+def lock_of_another(directory: Path) -> int | None:
+    """The lock of a state directory of another user, to be closed; None where no companion has run there. Raises
+    StateFileBusy while one runs there."""
+    try:
+        fd = os.open(directory / _LOCK_NAME, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    _lock(fd, directory)
+    return fd
+
+
+def _lock(fd: int, directory: Path) -> None:
+    """Lock it, or close it and raise StateFileBusy."""
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(fd)
+        raise StateFileBusy(
+            f"state directory {directory} is in use by another companion; "
+            "stop that one, or give this one its own with --state DIR"
+        ) from None
+
+
 class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
@@ -210,14 +233,7 @@ class StateFile:
 
     def _hold(self) -> None:
         fd = os.open(self.directory / _LOCK_NAME, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(fd)
-            raise StateFileBusy(
-                f"state directory {self.directory} is in use by another companion; "
-                "stop that one, or give this one its own with --state DIR"
-            ) from None
+        _lock(fd, self.directory)
         self._lock_fd = fd
 
     def _save(self, name: str, content: Callable[[], bytes], access: Access = USUAL) -> Ticket:

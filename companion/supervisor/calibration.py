@@ -116,9 +116,7 @@ class CalibrationDuty:
         if reason is None and not rows:
             reason, result = "no such compass" if self._rows(kind) else self._nothing(kind), Result.DENIED
         if reason is not None:
-            text = f"Calibration refused: {reason}"
-            self._events.say(now_s, TextKind.REFUSAL, "refused", text)
-            return Outcome(result, text)
+            return self._refused(reason, result, now_s)
         self._parts = {number: self._part(kind, row, now_s) for number, row in rows.items()}
         self._save = save
         self._runs += 1
@@ -128,8 +126,11 @@ class CalibrationDuty:
         return ACCEPTED
 
     def accept(self, now_s: float) -> Outcome:
-        """Store a result that waits for it. Where none waits, nothing changes."""
+        """Store a result that waits for it. Where none waits, nothing changes. What a calibration may not begin in may
+        not see its result come into force: the heading would jump under the mode that steers by it."""
         if self.state is not None and self.state.phase is CalibrationPhase.FITTED:
+            if (reason := self._forbidden(self.state.kind)) is not None:
+                return self._refused(reason, Result.TEMPORARILY_REJECTED, now_s)
             self._store(self.state.kind, now_s)
         return ACCEPTED
 
@@ -140,6 +141,11 @@ class CalibrationDuty:
             text = f"{self.state.kind.value} calibration cancelled"
             self._events.say(now_s, TextKind.ROUTINE, "calibration", text)
         return ACCEPTED
+
+    def _refused(self, reason: str, result: Result, now_s: float) -> Outcome:
+        text = f"Calibration refused: {reason}"
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
+        return Outcome(result, text)
 
     def _rows(self, kind: CalibrationKind) -> Sequence[SensorConfig]:
         """The sensors to calibrate. All inertial sensors share one level: the first one gives it."""
@@ -194,6 +200,7 @@ class CalibrationDuty:
         measured = [reading for reading in readings if plausible(reading, now_s)]
         for part in self._parts.values():
             part.update(measured, now_s)
+        self._leave_silent_out(state.kind, now_s)
         failure = next((part.failure for part in self._parts.values() if part.failure is not None), None)
         if failure is not None:
             self._fail(state.kind, failure, now_s)
@@ -204,6 +211,15 @@ class CalibrationDuty:
         else:
             self._set(state.kind, CalibrationPhase.FITTED)
             self._events.say(now_s, TextKind.ROUTINE, "calibration", f"{state.kind.value} fitted: accept or cancel it")
+
+    def _leave_silent_out(self, kind: CalibrationKind, now_s: float) -> None:
+        """Of several gyros the silent ones keep their values, and the others go on."""
+        silent = {number: part for number, part in self._parts.items() if isinstance(part, StillMean) and part.silent}
+        if len(silent) == len(self._parts):
+            return
+        self._parts = {number: part for number, part in self._parts.items() if number not in silent}
+        for part in silent.values():
+            self._events.say(now_s, TextKind.ATTENTION, "calibration_silent", f"{kind.value} left out: {part.failure}")
 
     def _set(self, kind: CalibrationKind, phase: CalibrationPhase, text: str = "") -> None:
         progress = min(part.progress for part in self._parts.values())

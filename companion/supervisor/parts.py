@@ -59,6 +59,7 @@ from companion.supervisor.switch_faults import kill_switch_fault
 from companion.supervisor.switches import Switches
 from companion.supervisor.trial_duty import TrialDuty
 from companion.supervisor.unmeasured import Unmeasured
+from companion.traffic.distress import DistressWatch
 from companion.traffic.guard import TrafficGuard
 from companion.traffic.tracker import TrafficTracker, contact
 
@@ -86,7 +87,7 @@ class SupervisorParts:
         self.achieved, self.demanded, self.steers_late_s, self.choices = ZERO_WRENCH, ZERO_WRENCH, 0.0, 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
-        self.traffic = TrafficTracker(config.mmsi)
+        self.traffic, self.distress = TrafficTracker(config.mmsi), DistressWatch(events.say)
         self.leader, self.relative = LeaderTracker(), RelativeTracker(config, parameters, events.say)
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)

@@ -222,6 +222,7 @@ class Supervisor(Requests):
         parts = self.parts
         parts.nav, parts.inputs, parts.health = usable(nav), inputs, health
         parts.traffic.update(now_s)
+        parts.distress.update(parts.traffic.targets, parts.nav, now_s)
         parts.see_leader(now_s)
         parts.surroundings.update(parts.nav, inputs.depth, now_s)
         parts.mission_duty.restore(now_s)

@@ -62,6 +62,27 @@ def test_the_track_is_where_the_boat_was(exported: Path) -> None:
     assert all(len(line["geometry"]["coordinates"]) == len(line["properties"]["times"]) for line in lines)
 
 
+def test_a_track_has_the_time_of_the_satellites_where_the_computer_kept_none(exported: Path, tmp_path: Path) -> None:
+    """Its clock began at the time when it was last switched off; NTP set it half way."""
+    folder = tmp_path / "log"
+    shutil.copytree(exported, folder)
+    right_ns = read_log(exported).ticks["time_unix_ns"]
+    with (folder / "ticks.csv").open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    at = header.index("time_unix_ns")
+    for row in rows[: len(rows) // 2]:
+        row[at] = str(int(row[at]) - 40 * 86400 * 1_000_000_000)
+    with (folder / "ticks.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([header, *rows])
+    assert main(["export", str(folder), "--to", "gpx", "--out", str(tmp_path / "out")]) == 0
+    with (tmp_path / "out" / "track.gpx").open(encoding="utf-8") as file:
+        gpx = gpxpy.parse(file)
+    known = read_log(folder).ticks["position_valid"] > 0
+    times = [point.time.timestamp() for segment in gpx.tracks[0].segments for point in segment.points if point.time]
+    assert times[0] == pytest.approx(right_ns[known][0] / 1e9, abs=0.5)
+    assert times[-1] == pytest.approx(right_ns[known][-1] / 1e9, abs=0.5)
+
+
 def test_the_tables_are_the_readings(exported: Path) -> None:
     readings = [r for t in read_ticks(exported / "log.mcap", []) for r in t.readings]
     imu = [r for r in readings if isinstance(r, Imu)]

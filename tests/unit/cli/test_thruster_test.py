@@ -6,15 +6,19 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from companion.app import load_vessel
+from companion.cli import thruster_test
+from companion.cli.main import main
 from companion.cli.thruster_test import Trial, TrialError, run_test, run_trials
 from companion.clock import SimulatedClock
 from companion.config.vessel import bundled
 from companion.io.actuators import open_actuator
 from companion.loop import RealWorld
+from companion.record.state_file import StateFile
 from companion.supervisor.motor_test import MOST_POWER
 from sitl.world import World, WorldConditions
 
@@ -149,3 +153,18 @@ def test_mistakes_open_nothing(changes: dict[str, object], text: str) -> None:
     with pytest.raises(TrialError, match=text):
         run_test(load_vessel("revolt"), Closed(), RealWorld(), SimulatedClock(0), argparse.Namespace(**given))  # type: ignore[arg-type]
     assert MOST_POWER <= 0.3
+
+
+def test_a_running_service_keeps_the_test_from_the_thrusters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Only this user's own state folder was looked at, and the service's lies elsewhere: both commanded the thrusters."""
+    monkeypatch.setattr(thruster_test, "STATE_FOLDER", tmp_path / "service")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "user"))
+    monkeypatch.setattr(thruster_test, "run_test", lambda *_: 0)
+    assert main(["thruster-test", "otter"]) == 0, "no service has run here"
+    service = StateFile(tmp_path / "service")
+    assert main(["thruster-test", "otter"]) == 2
+    assert "the service runs, and commands the thrusters: `sudo systemctl stop" in capsys.readouterr().err
+    service.close()
+    assert main(["thruster-test", "otter"]) == 0

@@ -14,6 +14,7 @@ import pytest
 from companion.config.devices import SensorConfig
 from companion.core.readings import GroundVelocity, Imu, MagneticField, Reading
 from companion.nav.compass_calibration import CompassCalibration
+from companion.nav.compass_turns import Turns, TurnsError, fit_turns
 from companion.nav.field_fit import FieldFit, headings
 from companion.nav.mounting import Mounting
 from companion.params.store import Parameters
@@ -127,8 +128,21 @@ def test_a_boat_that_only_rocks_gets_nowhere() -> None:
 
 def test_a_sensor_without_data_is_named() -> None:
     motion = sail(replace(BY_HAND, parts=((8.0, 0.0, 0.0),)))
-    assert calibrated(readings_of(motion, field=False))[0].failure == "no magnetic field from imu"
+    assert calibrated(readings_of(motion, field=False))[0].failure == "no field from imu"
     assert calibrated([[]] * 50)[0].failure == "imu is silent"
+
+
+@pytest.mark.parametrize("missing", [range(1), range(5, 20), (4, 10, 16, 22)], ids=["one", "many", "four"])
+def test_missing_headings_fit_into_a_status_text(missing: Sequence[int]) -> None:
+    """Turns that the gyro counts and the fit has no samples of: the text came in two."""
+    yaw = np.array([(k + 0.5) * math.tau / 24 for k in range(24) if k not in missing for _ in range(40)])
+    h, tilt = math.cos(DIP_RAD), np.zeros((len(yaw), 2))
+    field = np.stack([h * np.cos(yaw), -h * np.sin(yaw), np.full(len(yaw), math.sin(DIP_RAD))], axis=1)
+    field += 0.001 * np.random.default_rng(722201).standard_normal(field.shape)
+    with pytest.raises(TurnsError, match="no headings to the ") as raised:
+        fit_turns(Turns(np.arange(len(yaw), dtype=float), field, tilt, DIP_RAD))
+    print(raised.value, "|", raised.value.brief)
+    assert len(f"Compass not calibrated: {raised.value.brief}") <= 50 and raised.value.brief.startswith("no headings ")
 
 
 def test_iron_that_moves_is_refused() -> None:

@@ -135,6 +135,59 @@ def test_a_sensor_that_falls_silent_is_named(boat: Any) -> None:
     assert boat.supervisor.calibration.state.text == "imu is silent"
 
 
+@pytest.mark.parametrize("kind", CalibrationKind)
+def test_texts_are_one_status_text_whatever_the_sensor_is_called(
+    make_boat: Callable[..., Any], revolt: VesselConfig, kind: CalibrationKind
+) -> None:
+    """They came in two."""
+    imu = replace(next(row for row in revolt.sensors if row.name == "imu"), name="a" * 32, heading="ahrs")
+    boat = make_boat(replace(revolt, sensors=(*(row for row in revolt.sensors if row.name != "imu"), imu)))
+    boat.supervisor.calibration.request(kind, boat.now_s)
+    for _ in range(40):
+        boat.tick()
+        boat.supervisor.calibration.take([], boat.now_s)
+    assert boat.texts()[-1] == f"{kind.value} not calibrated: {'a' * 16} is silent"
+    assert max(map(len, boat.texts())) <= 50
+
+
+def test_a_silent_gyro_of_two_keeps_its_value_and_the_other_is_calibrated(
+    make_boat: Callable[..., Any], revolt: VesselConfig
+) -> None:
+    imu = next(row for row in revolt.sensors if row.name == "imu")
+    boat = make_boat(replace(revolt, sensors=(replace(imu, name="broken"), *revolt.sensors)))
+    boat.parameters.set("CAL_GYRO0_ZOFF", 0.002)
+    duty = boat.supervisor.calibration
+    duty.request(CalibrationKind.GYRO, boat.now_s)
+    lie_still(boat, 6.0)
+    assert phase(boat) is CalibrationPhase.DONE and "Gyro left out: broken is silent" in boat.texts()
+    assert boat.parameters["CAL_GYRO0_ZOFF"] == pytest.approx(0.002)
+    assert boat.parameters["CAL_GYRO1_ZOFF"] == pytest.approx(0.001)
+
+
+def test_a_compass_is_not_accepted_under_way(
+    make_boat: Callable[..., Any], revolt: VesselConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Accepted in Hold it moved the heading by 15 degrees in 4 s."""
+    monkeypatch.setattr(calibration, "CompassCalibration", Fitted)
+    rows = tuple(replace(row, heading="ahrs") if row.name == "imu" else row for row in revolt.sensors)
+    boat = make_boat(replace(revolt, sensors=rows))
+    duty = boat.supervisor.calibration
+    duty.request(CalibrationKind.COMPASS, boat.now_s, save=False)
+    boat.tick()
+    duty.take([], boat.now_s)
+    assert phase(boat) is CalibrationPhase.FITTED
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    assert boat.supervisor.arm(boat.now_s).accepted and boat.supervisor.status(boat.now_s).mode is ModeId.HOLD
+    refused = duty.accept(boat.now_s)
+    assert (refused.result, refused.reason) == (
+        Result.TEMPORARILY_REJECTED,
+        "Calibration refused: disarm, or choose Manual",
+    )
+    assert phase(boat) is CalibrationPhase.FITTED and boat.parameters["CAL_MAG0_XSCALE"] == 0.0
+    boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s)
+    assert duty.accept(boat.now_s).accepted and boat.parameters["CAL_MAG0_XSCALE"] == 4.0
+
+
 def fit_with(diagonal: float) -> FieldFit:
     matrix = np.array([[diagonal, 0.1, 0.2], [0.1, 2.0, 0.3], [0.2, 0.3, 3.0]])
     return FieldFit(np.array([1.0, 2.0, 3.0]), matrix, False, 0.01, 0.1, np.full(24, 0.02), np.zeros(24), 0.001)

@@ -55,7 +55,8 @@ def start_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | 
 
 def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Store the result of the compass calibration."""
-    return Answer(supervisor.calibration.accept(request.now_s), sets_parameters=True)
+    outcome = supervisor.calibration.accept(request.now_s)
+    return Answer(outcome, sets_parameters=outcome.accepted)
 
 
 def cancel_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome:
