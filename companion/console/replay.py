@@ -9,6 +9,7 @@ import math
 import time
 from bisect import bisect_right
 from collections.abc import Mapping
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from companion.console.strips import KEPT_S, sample, series_of
 from companion.console.weather import polar_message
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import FixType
-from companion.record.feed_schema import VERSION, row_of
+from companion.record.feed_schema import VERSION, finite, row_of
 from companion.record.recorder import EVENTS, TICKS
 
 _PERIOD_S = 0.1
@@ -40,7 +41,7 @@ class Recording:
         self.folder, self.config = folder, log.config
         self.thrusters = tuple(thruster.name for thruster in self.config.thrusters)
         self.devices = (*(row.name for row in self.config.sensors), *(row.name for row in self.config.actuators))
-        self._unix_ns: list[int] = []
+        self._stamps: list[tuple[int, float]] = []
         self.frame = LocalFrame(self.config.home.lat_deg, self.config.home.lon_deg)
         self._columns, self.times_s, self._cells = _rows(folder / TICKS)
         if not self.times_s:
@@ -78,10 +79,12 @@ class Recording:
 
     def _time_of(self, unix_ns: int) -> float:
         """The boat's time of the row that was written then."""
-        if not self._unix_ns:
+        if not self._stamps:
             place = self._columns.index("time_unix_ns")
-            self._unix_ns = [int(cells[place]) for cells in self._cells]
-        return self.times_s[max(0, bisect_right(self._unix_ns, unix_ns) - 1)]
+            times = zip(self._cells, self.times_s, strict=True)
+            self._stamps = [(int(cells[place]), t_s) for cells, t_s in times if cells[place].isdecimal()]
+        at = bisect_right(self._stamps, unix_ns, key=itemgetter(0))
+        return self._stamps[max(0, at - 1)][1] if self._stamps else self.times_s[0]
 
     def tick(self, index: int) -> Message:
         """One row as a message of the feed. What only the feed has is worked out, or missing."""
@@ -105,7 +108,8 @@ class Recording:
     def _row(self, index: int) -> Message:
         for at in range(index, -1, -1):
             with contextlib.suppress(ValueError):
-                return row_of(self._columns, self._cells[at])
+                row: Message = finite(row_of(self._columns, self._cells[at]))
+                return row
         return dict.fromkeys(self._columns) | {"t_s": self.times_s[index], "mode": "", "failsafes": ""}
 
     def _health(self, row: Message) -> list[Message]:
