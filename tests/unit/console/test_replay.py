@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -148,3 +149,14 @@ def test_a_row_without_unix_time_leaves_what_devices_report(tmp_path: Path, cell
     recording = Recording(folder)
     recording.measured.wait()
     assert {"name": "imu", "ok": False, "age_s": None, "text": "no bytes"} in recording.tick(115)["more"]["health"]
+
+
+def test_a_long_log_takes_little_more_memory_than_its_file(tmp_path: Path) -> None:
+    """Each cell was an object: a log of 24 h took 2.5 GB."""
+    folder = write_log(tmp_path / "log", seconds=100)
+    (folder / "log.mcap").unlink()
+    tracemalloc.start()
+    recording = Recording(folder)
+    taken_bytes = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert len(recording.times_s) == 1000 and taken_bytes < 2 * (folder / "ticks.csv").stat().st_size
