@@ -148,6 +148,8 @@ def _table_of(
             values = [float(row[place] or "nan") for place in places]
             if len(row) != len(header):
                 raise ValueError(f"{len(row)} cells, not {len(header)}")
+            if "t_s" in known and not math.isfinite(values[known.index("t_s")]):
+                raise ValueError("no time")
         except (ValueError, IndexError) as error:
             warnings.append(f"{path.name}:{number}: row omitted: {error}")
             continue

@@ -143,10 +143,10 @@ def _add_places(ticks: dict[str, Array], log: Log) -> None:
 
 def _result(folder: Path) -> Mapping[str, Any] | None:
     try:
-        result: Mapping[str, Any] = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        result: Any = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return result
+    return result if isinstance(result, dict) else None
 
 
 def _events(path: Path) -> list[LoggedEvent]:

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 from aiohttp import web
 
-COOKIE = "usv_console"
+COOKIE = "usv_console_"  # and the port: of two consoles on one computer a browser sends each the cookies of both
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
     "manifest-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
@@ -53,6 +53,7 @@ class Doors:
         self._local = is_local(host)
         self._token = token
         self._sessions: list[str] = []
+        self._waiting: set[str | None] = set()  # addresses that have just given a wrong token
 
     @property
     def needs_login(self) -> bool:
@@ -73,7 +74,7 @@ class Doors:
 
     def known(self, request: web.Request) -> bool:
         """Whether the page has logged in, or need not."""
-        return self._token is None or request.cookies.get(COOKIE, "") in self._sessions
+        return self._token is None or request.cookies.get(_cookie(request), "") in self._sessions
 
     @staticmethod
     def _own_origin(request: web.Request) -> bool:
@@ -83,18 +84,24 @@ class Doors:
         return urlsplit(origin).netloc == request.host
 
     async def login(self, request: web.Request) -> web.Response:
-        """A page gives the token, and gets a session."""
+        """A page gives the token, and gets a session. After a wrong one nothing that its address gives counts for a
+        while: as many guesses at once would else each cost the same wait."""
         try:
             given = str((await request.json()).get("token", ""))
         except (ValueError, AttributeError):
             given = ""
+        address = request.remote
+        if address in self._waiting:
+            return web.json_response({"done": False, "text": "wait a second, then try again"}, status=429)
         if self._token is not None and not hmac.compare_digest(given.encode(), self._token.encode()):
+            self._waiting.add(address)
             await asyncio.sleep(_PENALTY_S)
+            self._waiting.discard(address)
             return web.json_response({"done": False, "text": "wrong token"}, status=401)
         session = secrets.token_urlsafe(24)
         self._sessions = [*self._sessions[1 - _MOST_SESSIONS :], session]
         response = web.json_response({"done": True})
-        response.set_cookie(COOKIE, session, httponly=True, samesite="Strict", path="/")
+        response.set_cookie(_cookie(request), session, httponly=True, samesite="Strict", path="/")
         return response
 
     @web.middleware
@@ -109,6 +116,12 @@ class Doors:
         if not response.prepared:
             response.headers.update(HEADERS)
         return response
+
+
+def _cookie(request: web.Request) -> str:
+    """The name of the cookie, by the port that the browser knows."""
+    port = request.host.rpartition(":")[2]
+    return COOKIE + (port if port.isdecimal() else "80")
 
 
 def _name(host: str) -> str:

@@ -23,14 +23,16 @@ SYSTEM = 251
 _COMPONENT = 190  # MAV_COMP_ID_MISSIONPLANNER: a ground station
 _BOAT_COMPONENT = 1
 _HEARTBEAT_S = 1.0
-_ANSWER_S = 3.0
-_TRIES = 2
+_LONGEST_S = 6.0  # until the boat must have answered
+_TRIES = 2  # in that time
 _REASON_S = 0.3  # in which the boat's words follow its answer
 _REPEATED_S = 30.0  # in which the boat does not say the same refusal to us again
 _ERROR = 3  # MAV_SEVERITY_ERROR: refusals
 _NUDGE = 31010  # its first parameter says what is asked, the others how much
+_AHEAD = 1.0  # that parameter of a nudge, which counts from where the hold point is
 _IN_PROGRESS = 5
 _WORDS = {1: "not now", 2: "denied", 3: "not supported", 4: "failed", 5: "still in progress", 6: "cancelled"}
+_SEE = "the boat does not answer: see whether it has moved before you nudge again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,12 +189,13 @@ class OperatorLink:
 
             self._heard.append(heard)
             try:
-                for _ in range(_TRIES):
+                tries = 1 if _adds_up(order) else _TRIES
+                for _ in range(tries):
                     self._send(self._message(order))
                     with contextlib.suppress(asyncio.TimeoutError):
-                        message = await asyncio.wait_for(asyncio.shield(answer), _ANSWER_S)
+                        message = await asyncio.wait_for(asyncio.shield(answer), _LONGEST_S / tries)
                         return await self._conclude(order, message, texts)
-                return Answer(False, "the boat does not answer")
+                return Answer(False, _SEE if tries == 1 else "the boat does not answer")
             finally:
                 self._heard.remove(heard)
 
@@ -220,6 +223,11 @@ class OperatorLink:
             )
         seven = (*order.params, *(0.0,) * 7)[:7]
         return mavlink.MAVLink_command_long_message(boat, _BOAT_COMPONENT, order.number, 0, *seven)
+
+
+def _adds_up(order: Order) -> bool:
+    """Whether the boat goes twice as far where it is sent twice; so it is sent once, though its answer may be late."""
+    return isinstance(order, CommandOrder) and order.number == _NUDGE and order.params[0] == _AHEAD
 
 
 def _answers(message: Any, order: Order) -> bool:

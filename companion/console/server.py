@@ -15,6 +15,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from companion.console.board import Board, Page, text_of
+from companion.console.connections import Connections
 from companion.console.doors import Doors
 from companion.console.live import read_feed
 from companion.console.operator import OperatorLink
@@ -55,6 +56,7 @@ class Console:
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._doors = Doors(settings.host, settings.token)
+        self.connections = Connections()
         self._mode = {
             "replay": settings.log is not None,
             "control": settings.control and settings.log is None,
@@ -70,7 +72,7 @@ class Console:
 
     def application(self) -> web.Application:
         """What aiohttp serves."""
-        app = web.Application(middlewares=[self._doors.guard], client_max_size=_LARGEST_REQUEST)
+        app = web.Application(middlewares=[self.connections.heard, self._doors.guard], client_max_size=_LARGEST_REQUEST)
         app.router.add_get("/", self._page)
         app.router.add_get("/static/{name}", self._static)
         app.router.add_get("/tiles/{zoom:\\d+}/{column:\\d+}/{row:\\d+}", self._tile)

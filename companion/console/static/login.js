@@ -9,5 +9,5 @@ form.addEventListener("submit", async (event) => {
     body: JSON.stringify({ token: document.getElementById("token").value.trim() }),
   });
   if (answer.ok) location.reload();
-  else said.textContent = "Wrong token.";
+  else said.textContent = answer.status === 429 ? "Wait a second, then try again." : "Wrong token.";
 });

@@ -4,15 +4,23 @@ import { model } from "./model.js";
 import { tone } from "./state.js";
 
 const at = (id) => document.getElementById(id);
-let send = () => {}, known = null, sliding = false;
+const SEEK_MS = 300;
+let send = () => {}, known = null, sliding = false, sought_ms = 0;
 
 export function connect(sender) { send = sender; }
 
 at("play").addEventListener("click", () => toggle());
 at("speed").addEventListener("change", (event) => send({ speed: Number(event.target.value) }));
-at("slide").addEventListener("input", (event) => { sliding = true; send({ t_s: Number(event.target.value) }); });
-at("slide").addEventListener("change", () => { sliding = false; });
+at("slide").addEventListener("input", (event) => { sliding = true; seek(event.target, SEEK_MS); });
+at("slide").addEventListener("change", (event) => { sliding = false; seek(event.target, 0); });
 at("jump").addEventListener("change", (event) => { if (event.target.value) send({ t_s: Number(event.target.value) }); event.target.selectedIndex = 0; });
+
+/** The console makes ten minutes of strips for each place: while the slider moves, not for every pixel. */
+function seek(slide, apart_ms) {
+  if (performance.now() - sought_ms < apart_ms) return;
+  sought_ms = performance.now();
+  send({ t_s: Number(slide.value) });
+}
 
 export function toggle() {
   const playing = model.tick?.replay?.playing;

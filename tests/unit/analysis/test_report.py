@@ -339,6 +339,21 @@ def test_a_boat_that_knew_nothing_has_a_page(sailed: Path, tmp_path: Path) -> No
     assert not re.search(r"\bnan\b", told), re.findall(r".{40}\bnan\b.{20}", told)
 
 
+def test_a_row_without_time_and_a_result_that_is_none_cost_no_page(sailed: Path, tmp_path: Path) -> None:
+    """An empty cell raised "cannot convert float NaN to integer", and `[1]` "has no attribute 'get'"."""
+    folder = tmp_path / "log"
+    shutil.copytree(sailed, folder)
+    (folder / "result.json").write_text("[1]")
+    lines = (folder / "ticks.csv").read_text().split("\n")
+    cells = lines[50].split(",")
+    cells[lines[0].split(",").index("t_s")] = ""
+    lines[50] = ",".join(cells)
+    (folder / "ticks.csv").write_text("\n".join(lines))
+    assert "ticks.csv:51: row omitted: no time" in write_report(folder, tmp_path / "page.html")
+    recorded = read_log(folder)
+    assert recorded.result is None and len(recorded.t_s) == len(lines) - 3
+
+
 def test_waypoints_have_the_plans_numbers_and_no_label_covers_another() -> None:
     labels = _Labels(0.1, [])
     texts = [labels.place(str(n), 0.0, 0.0, "number") for n in range(6)]

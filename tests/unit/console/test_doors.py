@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from aiohttp import ClientSession, web
+from aiohttp import ClientSession, TCPConnector, web
 from aiohttp.client_exceptions import WSServerHandshakeError
 
 from companion.console.doors import POLICY
@@ -121,7 +121,7 @@ def test_beyond_this_computer_nothing_goes_without_the_token() -> None:
     login = ("POST", "/api/login", {"json": {"token": TOKEN}, "headers": OWN})
     wrong = ("POST", "/api/login", {"json": {"token": "guess"}, "headers": OWN})
     from_afar = ("POST", "/api/login", {"json": {"token": TOKEN}, "headers": {"Origin": "http://evil.example"}})
-    forged = {**own, "headers": {**OWN, "Cookie": "usv_console=forged"}}
+    forged = {**own, "headers": {**OWN, "Cookie": "usv_console_80=forged; usv_console=forged"}}
     assert statuses(
         NETWORK,
         ("POST", "/api/order", own),
@@ -144,6 +144,49 @@ def test_beyond_this_computer_nothing_goes_without_the_token() -> None:
     status, cookie, order = asked(NETWORK, logged_in)
     assert status == 200 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
     assert order == 409  # let in; there is no boat
+
+
+async def _login(session: ClientSession, url: str, token: str, **more: Any) -> tuple[int, str]:
+    """Status, and the cookie."""
+    async with session.post(url + "/api/login", json={"token": token}, headers={"Origin": url}, **more) as answer:
+        return answer.status, answer.headers.get("Set-Cookie", "").partition(";")[0]
+
+
+def test_two_consoles_on_one_computer_keep_their_logins() -> None:
+    """A browser sends the cookies of both to each, whatever the port: the one logged the other out."""
+
+    async def talk(session: ClientSession, url: str) -> None:
+        own = f"http://127.0.0.1:{int(url.rpartition(':')[2])}"
+        other = "http://127.0.0.1:8081"
+        _, cookie = await _login(session, own, TOKEN)
+        async with session.post(
+            own + "/api/login", json={"token": TOKEN}, headers={"Origin": other, "Host": "127.0.0.1:8081"}
+        ) as answer:
+            beside = answer.headers["Set-Cookie"].partition(";")[0]
+        assert beside.partition("=")[0] == "usv_console_8081" != cookie.partition("=")[0]
+        jar = dict([cookie.split("="), (beside.partition("=")[0], "of the other console")])
+        headers = {"Cookie": "; ".join(f"{name}={value}" for name, value in jar.items())}
+        async with session.get(own + "/", headers=headers) as answer:
+            assert answer.status == 200
+
+    asked(NETWORK, talk)
+
+
+def test_wrong_tokens_at_once_do_not_share_one_wait() -> None:
+    """64 guesses took the half second of one; and another address is not made to wait for them."""
+
+    async def talk(session: ClientSession, url: str) -> None:
+        guesses = await asyncio.gather(*(_login(session, url, f"guess {n}") for n in range(8)))
+        assert sorted(status for status, _ in guesses) == [401, *[429] * 7]
+        wrong = asyncio.create_task(_login(session, url, "guess"))
+        async with ClientSession(connector=TCPConnector(local_addr=("127.0.0.2", 0))) as elsewhere:
+            while (await _login(session, url, TOKEN))[0] != 429:
+                pass
+            assert (await _login(elsewhere, url, TOKEN))[0] == 200
+        assert (await wrong)[0] == 401
+        assert (await _login(session, url, TOKEN))[0] == 200
+
+    asked(NETWORK, talk)
 
 
 def test_every_answer_has_the_policy_and_no_door_for_other_sites() -> None:

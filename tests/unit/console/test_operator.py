@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 
+import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from companion.console import operator
 from companion.console.operator import Answer, OperatorLink
 from companion.console.orders import CommandOrder
 
@@ -87,3 +89,42 @@ def test_an_order_that_waited_too_long_behind_others_is_not_sent() -> None:
         return await link.carry_out(CommandOrder(176, (1.0, 6.0)), asyncio.get_running_loop().time() - 0.1)
 
     assert asyncio.run(late()) == Answer(False, "came too late, and was not sent")
+
+
+@pytest.mark.parametrize(
+    ("order", "times", "text"),
+    [
+        (CommandOrder(31010, (1.0, 1.0, 0.0, 0.0)), 1, "the boat does not answer: see whether it has moved"),
+        (CommandOrder(31010, (2.0, 90.0)), 2, "the boat does not answer"),
+        (CommandOrder(192, (-1.0, 1.0)), 2, "the boat does not answer"),
+    ],
+)
+def test_a_nudge_whose_answer_is_late_is_not_sent_again(
+    order: CommandOrder, times: int, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The boat went 2 m where 1 m was asked for: it takes a repetition after 2 s for another nudge."""
+    monkeypatch.setattr(operator, "_LONGEST_S", 0.1)
+    heard: list[int] = []
+
+    async def asked() -> Answer:
+        left = asyncio.Event()
+
+        async def silent(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            parser = mavlink.MAVLink(None)
+            while data := await reader.read(4096):
+                heard.extend(m.command for m in parser.parse_buffer(data) or () if m.get_type() == "COMMAND_LONG")
+            writer.close()
+            await writer.wait_closed()
+            left.set()
+
+        async with await asyncio.start_server(silent, "127.0.0.1", 0) as server:
+            port = server.sockets[0].getsockname()[1]
+            link = OperatorLink(lambda: f"tcpout:127.0.0.1:{port}", lambda: True, lambda: 1)
+            answer = await link.carry_out(order)
+            link.close()
+            await left.wait()
+            return answer
+
+    answer = asyncio.run(asked())
+    assert not answer.done and answer.text.startswith(text)
+    assert heard == [order.number] * times

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -129,3 +130,33 @@ def test_a_log_of_a_boat_that_knew_nothing_plays(tmp_path: Path) -> None:
         damaged(folder / "ticks.csv", row, "fix", "9")  # of a later version
     made = Recording(folder).tick(10)
     assert made["sample"][0] is None and made["sample"][2] is None and made["more"]["fix"] == "fix 9"
+
+
+def test_a_number_that_is_none_is_missing(tmp_path: Path) -> None:
+    """An infinite yaw or place stopped the playing there."""
+    folder = write_log(tmp_path / "log", seconds=2)
+    for column in ("yaw_rad", "north_m"):
+        damaged(folder / "ticks.csv", 11, column, "inf")
+    made = Recording(folder).tick(10)
+    assert made["row"]["yaw_rad"] is None and made["sample"][0] is None and made["sample"][2] is None
+
+
+@pytest.mark.parametrize("cell", ["", "x"])
+def test_a_row_without_unix_time_leaves_what_devices_report(tmp_path: Path, cell: str) -> None:
+    """The thread that reads it ended with a ValueError."""
+    folder = write_log(tmp_path / "log", seconds=12)
+    damaged(folder / "ticks.csv", 11, "time_unix_ns", cell)
+    recording = Recording(folder)
+    recording.measured.wait()
+    assert {"name": "imu", "ok": False, "age_s": None, "text": "no bytes"} in recording.tick(115)["more"]["health"]
+
+
+def test_a_long_log_takes_little_more_memory_than_its_file(tmp_path: Path) -> None:
+    """Each cell was an object: a log of 24 h took 2.5 GB."""
+    folder = write_log(tmp_path / "log", seconds=100)
+    (folder / "log.mcap").unlink()
+    tracemalloc.start()
+    recording = Recording(folder)
+    taken_bytes = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert len(recording.times_s) == 1000 and taken_bytes < 2 * (folder / "ticks.csv").stat().st_size
