@@ -16,6 +16,7 @@ from companion.config.sensor_checks import baseline_m
 from companion.config.sensors import SENSORS
 from companion.config.vessel import VesselConfig
 
+_UNLIKE = 3.0  # times the weaker one of a pair: other propellers or motors differ by less
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
 _OVER_HULL_SPEED = 2.5
 _WIDE = 1.2  # beam over length
@@ -65,6 +66,36 @@ def _damping(config: VesselConfig) -> Iterator[Judgement]:
         if not any(terms):
             text = f"no damping of {'surge' if axis[0] == 'x' else 'sway' if axis[0] == 'y' else 'yaw'}"
             yield Judgement(("hull", "damping", axis), text, means)
+
+
+def _driven_on(config: VesselConfig) -> Iterator[Judgement]:
+    """Terms with the speed ahead that outweigh the others at half the hull speed, as the boat slides or turns."""
+    d = config.hull.damping
+    ahead_mps = 0.5 * math.sqrt(GRAVITY_MPS2 * config.length_m / math.tau)
+    slides, turns = d.y_v + d.y_vv * 0.5 * ahead_mps, d.n_r + d.n_rr * ahead_mps / config.length_m
+    for key, factor, rest, axis in (("y_uv", d.y_uv, slides, "sway"), ("n_ur", d.n_ur, turns, "yaw")):
+        if factor * ahead_mps + rest < 0.0 <= rest:
+            yield Judgement(
+                ("hull", "damping", key),
+                f"{key} = {factor:g}: at {ahead_mps:.1f} m/s the damping of {axis} drives the boat on",
+                "All modes: it swings under way. Positive is what resists: check the sign",
+            )
+
+
+def _pairs(config: VesselConfig) -> Iterator[Judgement]:
+    """Two thrusters opposite each other that push by far not alike."""
+    for i, one in enumerate(config.thrusters):
+        for other in config.thrusters[:i]:
+            beside = abs(one.x_m - other.x_m) < _ASIDE_M and abs(one.y_m) > _ASIDE_M
+            opposite = beside and abs(one.y_m + other.y_m) < _ASIDE_M
+            weak, strong = sorted((one, other), key=lambda thruster: thruster.max_n)
+            if opposite and one.kind == other.kind and _UNLIKE * weak.max_n < strong.max_n:
+                yield Judgement(
+                    ("thruster", config.thrusters.index(weak), "max_n"),
+                    f"'{weak.name}' pushes with {weak.max_n:g} N, '{strong.name}' opposite with {strong.max_n:g} N: "
+                    "check both, in N",
+                    "All modes: straight ahead the boat has twice the weaker one",
+                )
 
 
 def _inertia(config: VesselConfig) -> Iterator[Judgement]:
@@ -422,7 +453,9 @@ def _ports(config: VesselConfig) -> Iterator[Judgement]:
 
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
+    _driven_on,
     _inertia,
+    _pairs,
     _thrust,
     _sides,
     _radians,

@@ -14,6 +14,9 @@ from companion.config.hull import DampingConfig, HullConfig
 
 LAG_S = 0.3  # time constant of thrust of a small electric drive
 _SEARCH_STEPS = 50
+# Forms that end in a transom where a jet drives them. With the damping of their whole draft they turned in circles of
+# 10 to 40 lengths with the nozzle at its stop.
+_TRANSOMS = ("catamaran", "inflatable")
 
 
 def hull_figures(
@@ -25,10 +28,12 @@ def hull_figures(
     by_hand = (given or {}).get("m33_kgm2")
     if isinstance(by_hand, (int, float)):
         m33 = float(by_hand)
+    jet = any(thruster.kind == "jet" for thruster in thrusters)
+    by_transom = surge_damping.planes(boat, thrusters) or (jet and boat.form in _TRANSOMS)
     return (
         *inertias,
         *surge_damping.figures(boat, thrusters),
-        *cross_damping.figures(boat, m33, surge_damping.planes(boat, thrusters)),
+        *cross_damping.figures(boat, m33, by_transom),
         *windage.figures(boat),
     )
 

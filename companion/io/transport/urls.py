@@ -12,6 +12,7 @@ from companion.core.nearest import did_you_mean
 SCHEMES = ("serial", "udpin", "udpout", "tcpin", "tcpout", "can")
 DEFAULT_BAUD = 115200
 _NO_BAUD = re.compile(r"\d*|\d[\d.,]* ?(k|kb|kbps|bd|baud|bps)|[5-8][NEO][12]", re.IGNORECASE)
+_MISTYPED_BAUD = re.compile(r"(?=\w*\d)[\dOoIl]{4,}|\d{4,}[A-Za-z]+")  # 11520O for 115200
 """What stands behind a serial port's last colon where somebody meant a baud rate. Names by-path have colons too."""
 
 
@@ -70,6 +71,8 @@ def _serial_endpoint(text: str, rest: str, address: str, number: str, options: M
     path, baud = (address, int(number)) if with_baud else (rest, DEFAULT_BAUD)
     if not path.startswith("/") or (not with_baud and _NO_BAUD.fullmatch(number)):
         raise TransportError(f"'{text}': should read serial:/dev/name:baud, as serial:/dev/usv-gnss:115200")
+    if not with_baud and _MISTYPED_BAUD.fullmatch(number):
+        raise TransportError(f"'{text}': baud rate {number} should be digits alone, as 115200")
     if not 50 <= baud <= 12_000_000:
         raise TransportError(f"'{text}': baud rate {baud} should be 50 to 12000000")
     return PortUrl("serial", path=path, baud=baud, options=options)

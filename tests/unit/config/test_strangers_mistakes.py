@@ -114,10 +114,26 @@ def test_what_only_follows_from_a_mistake_is_not_said(text: str, right: str, wro
     assert len(caught.value.problems) == 1, caught.value.problems
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("max_n = 60 ", "max_n = 6 ", "'starboard' opposite with 60 N: check both"),
+        ("[[thruster]]", "[hull.damping]\nn_ur = -900.0\n[[thruster]]", "the damping of yaw drives the boat on"),
+        ("[[thruster]]", "[hull.damping]\ny_uv = -900.0\n[[thruster]]", "the damping of sway drives the boat on"),
+    ],
+)
+def test_a_weak_half_of_a_pair_and_damping_that_turns_its_sign_are_noted(old: str, new: str, said: str) -> None:
+    assert old in TWIN
+    notes = [str(found) for found in judgements(parse(TWIN.replace(old, new, 1), "boat.toml"))]
+    assert any(said in note for note in notes), notes
+    assert not any(said in str(found) for found in judgements(parse(TWIN, "boat.toml")))
+
+
 def test_a_jet_that_hardly_turns_its_hull_is_noted() -> None:
     """A catamaran of 9 t came 100 m off a square with legs of 320 m, and was without fault by its file."""
     large = replace(ANSWERS, length_m=12.0, beam_m=4.5, mass_kg=9000.0, hull_beam_m=1.3, layout="jet", motor="16000")
-    notes = [str(found) for found in judgements(parse(file_text(replace(large, top_speed_mps=9.26)), "boat.toml"))]
+    text = file_text(replace(large, top_speed_mps=9.26)) + "[hull.damping]\nn_ur = 41050.0\n"  # a keel to the stern
+    notes = [str(found) for found in judgements(parse(text, "boat.toml"))]
     assert any("a turning circle of 286 m at 5.2 m/s" in note and "24 lengths" in note for note in notes), notes
     assert not any("by its nozzle" in str(found) for found in judgements(load(find("rescuerunner"))))
 
@@ -177,6 +193,10 @@ def test_a_wrong_sign_or_unit_that_still_loads_is_noted(text: str, right: str, w
         ("mass_kg = 55", "mass_kg", "a line reads `key = value`"),
         ('name = "cat"', 'name = "cat', "a quote is not closed"),
         ('name = "cat"', "name = “cat”", "text stands in straight quotes"),
+        ('name = "cat"', "name = «cat»", "text stands in straight quotes"),
+        ("mass_kg = 55", "mass_kg = \u221255", "a minus sign U+2212: type the hyphen of the keyboard, -"),
+        ("mass_kg = 55", "mass_kg =\u00a055", "a non-breaking space U+00A0: type a plain space"),
+        ('name = "cat"', 'name\u00a0= "cat"', "a non-breaking space U+00A0: type a plain space"),
         ('name = "cat"', "name = cat", 'text stands in quotes, "like this"'),
         ("[[sensor]]", "[sensor]", "[sensor] above is one table: each row of a list begins with [[sensor]]"),
         (

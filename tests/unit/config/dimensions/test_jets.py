@@ -6,6 +6,7 @@ import pytest
 
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.vessel import ConfigError, VesselConfig, find, load, parse
+from companion.guidance.bend_speed import steady_turn_radps
 
 SCOOTER = """
 name = "scooter"
@@ -84,6 +85,20 @@ def test_a_boat_that_does_not_plane_keeps_its_damping_in_yaw(old: str, new: str)
     text = SCOOTER.replace("top_speed_mps = 20.6\n", "")
     fast, slow = parse(text, "fast.toml"), parse(text.replace(old, new), "slow.toml")
     assert slow.hull.damping.n_ur > 3.0 * fast.hull.damping.n_ur
+
+
+CAT = 'form = "catamaran"\nhull_beam_m = 1.3\nlength_m = 12.0\nbeam_m = 4.5\nmass_kg = 9000.0\ntop_speed_mps = 9.26'
+RIB = 'form = "inflatable"\nlength_m = 6.0\nbeam_m = 2.4\nmass_kg = 1100.0\ntop_speed_mps = 10.3'
+
+
+@pytest.mark.parametrize(("hull", "x_m", "pull_n", "lengths"), [(CAT, -5.4, 16000.0, 10.0), (RIB, -2.7, 4000.0, 4.5)])
+def test_a_jet_in_a_transom_turns_its_hull(hull: str, x_m: float, pull_n: float, lengths: float) -> None:
+    """A catamaran of 9 t turned in 24 lengths at cruise and came 100 m off a square's legs of 320 m."""
+    head, tail = SCOOTER.split("form = ")[0], SCOOTER.split("top_speed_mps = 20.6")[1]
+    text = head + hull + tail.replace("-1.6", str(x_m)).replace("5582.0", str(pull_n))
+    made, cruise_mps = parse(text, "jet.toml"), parse(text, "jet.toml").parameters["WP_SPEED"]
+    turn_radps = steady_turn_radps(made.hull, cruise_mps, made.limits.yaw_nm)
+    assert 2.0 * cruise_mps / turn_radps < lengths * made.length_m
 
 
 def test_full_throttle_gives_the_top_speed_that_was_measured() -> None:

@@ -63,6 +63,7 @@ def test_parse(text: str, endpoint: PortUrl) -> None:
         ("serial:/dev/ttyUSB0:", "serial:/dev/name:baud"),
         ("udpot:host:1", "did you mean 'udpout'?"),
         ("tcp:host:1", "tcpout: sends to that address, tcpin: listens there"),
+        ("serial:/dev/usv-gnss:11520O", "baud rate 11520O should be digits alone, as 115200"),
         ("udpout:14550", "udpout:host:port"),
         ("udpout:host:http", "udpout:host:port"),
         ("tcpin:host:70000", "port 70000"),
