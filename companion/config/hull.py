@@ -148,6 +148,15 @@ class WindageConfig:
     cy: Annotated[float, means("Wind coefficient in sway.")] = 0.9
     cn: Annotated[float, means("Wind coefficient in yaw.")] = 0.1
 
+    def force(self, x_mps: float, y_mps: float, length_m: float, share: float = 1.0) -> tuple[float, float, float]:
+        """(surge_n, sway_n, yaw_nm) of the air that passes the hull at (x, y), times `share`."""
+        speed_mps, pressure = math.hypot(x_mps, y_mps), 0.5 * AIR_KGPM3 * share
+        return (
+            pressure * self.cx * self.frontal_m2 * speed_mps * x_mps,
+            pressure * self.cy * self.lateral_m2 * speed_mps * y_mps,
+            -pressure * self.cn * self.lateral_m2 * length_m * 2.0 * x_mps * y_mps,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class ThesisModelConfig:

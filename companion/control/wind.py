@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.config.hull import AIR_KGPM3, WindageConfig
+from companion.config.hull import WindageConfig
 from companion.core.estimate import Air, NavState, air_over_ground
 
 _COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
@@ -48,18 +48,11 @@ def force_of_air(
 ) -> tuple[float, float, float]:
     """As `wind_force`, of that wind, on a heading that is turned by `turned_rad`.
 
-    With (x, y) the velocity of the air past the hull and V its size: X = ½ρ cx A_F V x, Y = ½ρ cy A_L V y, N = −½ρ cn
-    A_L L 2xy, which turns the boat beam to the wind (Fossen 2011, 8.1.3, with sin 2γ written out).
+    Its moment turns the boat beam to the wind (Fossen 2011, 8.1.3, with sin 2γ written out).
     """
     if air is None:
         return 0.0, 0.0, 0.0
     yaw_rad = nav.yaw_rad + turned_rad
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     x, y = c * air[0] + s * air[1] - nav.surge_mps, c * air[1] - s * air[0] - nav.sway_mps
-    speed = math.hypot(x, y)
-    pressure = 0.5 * AIR_KGPM3 * _COUNTERED
-    return (
-        pressure * windage.cx * windage.frontal_m2 * speed * x,
-        pressure * windage.cy * windage.lateral_m2 * speed * y,
-        -pressure * windage.cn * windage.lateral_m2 * length_m * 2.0 * x * y,
-    )
+    return windage.force(x, y, length_m, _COUNTERED)

@@ -146,11 +146,13 @@ class _Core:
         (vn, ve, vy), yaw = self.velocity, self.pose[2]
         slide = ned_to_body(vn, ve, yaw)[1]
         ax, ay = ned_to_body(wanted[0], wanted[1], yaw)
-        most = (limits.acc_surge, limits.braking_mps2(slide), limits.braking_radps2(vy))
-        excess = [max(1.0, abs(a) / limit) for a, limit in zip((ax, ay, wanted[2]), most, strict=True)]
+        surge = max(1.0, abs(ax) / limits.acc_surge)
+        sway = max(1.0, abs(ay) / limits.braking_mps2(slide))
+        turn = max(1.0, abs(wanted[2]) / limits.braking_radps2(vy))
         if abs(vy) <= limits.turn and abs(slide) <= limits.slide:
-            excess = [max(excess)] * 3
-        return (*body_to_ned(ax / excess[0], ay / excess[1], yaw), wanted[2] / excess[2])
+            surge = sway = turn = max(surge, sway, turn)
+        north, east = body_to_ned(ax / surge, ay / sway, yaw)
+        return north, east, wanted[2] / turn
 
     def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
         """Share of the remaining way to cover per second: as fast as the limits allow and a stop at the target permits.

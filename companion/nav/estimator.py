@@ -141,7 +141,7 @@ class Estimator:
         self._react(found)
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
-        return self._state(motion, self._model.waves(now_s, thrust, motion), now_s)
+        return self._state(motion, self._model.waves(now_s, thrust, motion, air_of(*self._side.wind(now_s))), now_s)
 
     def _is_lost(self, motion: Motion, now_s: float) -> bool:
         """Whether the boat cannot be as fast as the estimate, and no receiver says that it is."""

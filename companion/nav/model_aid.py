@@ -9,6 +9,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
 from companion.core.estimate import Air, WaveMotion
+from companion.core.frames import ned_to_body
 from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.solution import Motion
 from companion.nav.validity import Validity
@@ -19,6 +20,7 @@ from companion.params.store import Parameters
 _TOP_SPEEDS, _PUSHED_MPS = 2.0, 5.0  # a boat is slower than that many times its top speed, and what current and sea add
 _FASTEST_MPS = 60.0  # where no hull model tells the top speed
 _CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
+_AT_HULL = 0.8  # share of the wind's force by the mast's wind, which is stronger; as positioning counters it
 _AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
 
 
@@ -63,7 +65,7 @@ class ModelAid:
             return None
         return self._aid.update(now_s, validity.unmeasured_s(now_s) <= _AID_AGE_S, motion)
 
-    def waves(self, now_s: float, thrust: Wrench | None, motion: Motion) -> WaveMotion | None:
+    def waves(self, now_s: float, thrust: Wrench | None, motion: Motion, air: Air | None) -> WaveMotion | None:
         """As `WaveObserver.update`; None where DP_WAVES is off."""
         parameters = self._parameters
         if self._waves is None or not parameters["DP_WAVES"]:
@@ -71,7 +73,17 @@ class ModelAid:
         place_radps = max(parameters["DP_BW_SURGE"], parameters["DP_BW_SWAY"])
         current = None if self.current is None else self.current.estimate(now_s)
         water = (0.0, 0.0) if current is None else current[:2]
-        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]), water)
+        wind = self._wind_force(motion, air)
+        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]), water, wind)
+
+    def _wind_force(self, motion: Motion, air: Air | None) -> Wrench | None:
+        """Of the wind on the hull; None if it is unknown."""
+        vessel = self._vessel
+        if vessel is None or air is None:
+            return None
+        north_mps, east_mps = air[0] - motion.velocity[0], air[1] - motion.velocity[1]
+        x_mps, y_mps = ned_to_body(north_mps, east_mps, motion.attitude[2])
+        return Wrench(*vessel.windage.force(x_mps, y_mps, vessel.length_m, _AT_HULL))
 
 
 def _impossible_mps(vessel: VesselConfig | None) -> float:

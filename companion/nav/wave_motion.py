@@ -8,7 +8,8 @@ the boat's own thrust without lag, as a filter of the measured motion alone woul
 
 The observer here differs in what it measures. The error-state filter gives velocities that are good to millimetres a
 second, so that each axis needs one measurement, and positions pass unfiltered but for the oscillation: what is taken
-off has no mean, so that wave drift and slow motion stay.
+off has no mean, so that wave drift and slow motion stay. Of the forces on the hull it is told that of the measured
+wind, too, for positioning counters gusts.
 """
 
 from __future__ import annotations
@@ -183,7 +184,7 @@ class WaveObserver:
     It is taken off in full from an RMS velocity of 30 mm/s on, and not at all below 15 mm/s, which gusts alone make;
     where the waves' frequency is well above the bandwidth of the law; and while the boat is slow, since the frequency
     that it meets changes with speed and course. Each of these fades, so that no step reaches the thrusters. Remembers
-    the spectrum, the observers, and the frequency that they are tuned to.
+    the spectrum, the observers, whether they know the wind, and the frequency that they are tuned to.
     """
 
     def __init__(self, hull: HullConfig, length_m: float) -> None:
@@ -195,6 +196,7 @@ class WaveObserver:
         self._splits: tuple[_Split, _Split, _Split] | None = None
         self._tuning: _Tuning | None = None
         self._tuned_s = self._last_s = -math.inf
+        self._windy = False  # whether the known force has the wind in it
 
     def update(
         self,
@@ -203,10 +205,12 @@ class WaveObserver:
         motion: Motion,
         bandwidths_radps: tuple[float, float],
         water: tuple[float, float] = (0.0, 0.0),
+        wind: Wrench | None = None,
     ) -> WaveMotion | None:
         """`thrust`: on the hull since the last call, None if unknown: then the observer begins anew.
         `bandwidths_radps`: of the positioning law, for place and yaw. `water`: velocity of the water (NED), 0 while it
-        is unknown."""
+        is unknown. `wind`: its force on the hull, None if unknown. What the thrust does against a gust would count for
+        slow motion without it, and what the boat still does for waves."""
         dt_s, self._last_s = now_s - self._last_s, now_s
         if thrust is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
             self._begin()
@@ -220,12 +224,13 @@ class WaveObserver:
             self._splits = None
             return None
         tuning = self._tune(now_s, dt_s)
+        force = self._known(thrust, wind)
         splits = self._splits
         if splits is None or any(split.is_off(velocity) for split, velocity in zip(splits, velocities, strict=True)):
-            x, y, n = self._accelerations(thrust, velocities[:2], water, motion.attitude[2])
+            x, y, n = self._accelerations(force, velocities[:2], water, motion.attitude[2])
             splits = self._splits = _Split(velocities[0], x), _Split(velocities[1], y), _Split(velocities[2], n)
         slow = splits[0].slow, splits[1].slow
-        accelerations = self._accelerations(thrust, slow, water, motion.attitude[2])
+        accelerations = self._accelerations(force, slow, water, motion.attitude[2])
         for split, velocity, acceleration in zip(splits, velocities, accelerations, strict=True):
             split.step(velocity, acceleration, dt_s, tuning)
         north, east, turn = splits
@@ -238,6 +243,15 @@ class WaveObserver:
             place * (velocities[1] - east.slow),
             yaw * (velocities[2] - turn.slow),
         )
+
+    def _known(self, thrust: Wrench, wind: Wrench | None) -> Wrench:
+        """The known force on the hull. A wind that comes to be known, or is no longer, is a step in it: the observers
+        begin anew."""
+        if (wind is not None) != self._windy:
+            self._splits, self._windy = None, wind is not None
+        if wind is None:
+            return thrust
+        return Wrench(thrust.surge_n + wind.surge_n, thrust.sway_n + wind.sway_n, thrust.yaw_nm + wind.yaw_nm)
 
     def _weights(self, motion: Motion, bandwidths_radps: tuple[float, float]) -> tuple[float, float]:
         """Shares of the wave motion of place and yaw that are taken off."""
@@ -262,15 +276,15 @@ class WaveObserver:
         return self._tuning or _Tuning(radps, dt_s)
 
     def _accelerations(
-        self, thrust: Wrench, slow: tuple[float, float], water: tuple[float, float], yaw_rad: float
+        self, force: Wrench, slow: tuple[float, float], water: tuple[float, float], yaw_rad: float
     ) -> tuple[float, float, float]:
-        """By thrust, and by damping along the hull, which a boat that brakes loses fast, in NED; what else the hull
-        meets counts as unknown forces. `slow`: its velocity."""
+        """By the known force, and by damping along the hull, which a boat that brakes loses fast, in NED; what else the
+        hull meets counts as unknown forces. `slow`: its velocity."""
         hull = self._hull
         u, _ = ned_to_body(slow[0] - water[0], slow[1] - water[1], yaw_rad)
-        surge_n = thrust.surge_n - hull.drag_n(u)
-        north, east = body_to_ned(surge_n / hull.m11_kg, thrust.sway_n / hull.m22_kg, yaw_rad)
-        return north, east, thrust.yaw_nm / hull.m33_kgm2
+        surge_n = force.surge_n - hull.drag_n(u)
+        north, east = body_to_ned(surge_n / hull.m11_kg, force.sway_n / hull.m22_kg, yaw_rad)
+        return north, east, force.yaw_nm / hull.m33_kgm2
 
 
 def _between(value: float, low: float, high: float) -> float:

@@ -164,3 +164,38 @@ def test_a_boat_that_brakes_makes_no_waves() -> None:
     whole = round(math.tau / 2.0 / DT_S)  # of a wave: what is left is no wave
     means = [sum(taken_mps[k : k + whole]) / whole for k in range(300, 570)]
     assert max(map(abs, means)) < 0.03
+
+
+def test_a_gust_that_the_thrust_counters_makes_no_waves() -> None:
+    """A gust turns a light boat with 60 Nm, and the thrust turns against it. Where the wind is not told, the turn by
+    thrust alone counts for slow motion, and what the boat does instead for waves: damping acted on the wrong rate."""
+    aboat = vessel_config.load(vessel_config.find("aboat"))
+    wave = swell(2.0, 0.04)
+
+    def taken_most_radps(wind_known: bool) -> float:
+        observer, taken_radps = WaveObserver(aboat.hull, aboat.length_m), []
+        for k in range(800):
+            t_s = DT_S * k
+            gust_nm = 60.0 * min(1.0, max(0.0, (t_s - 40.0) / 2.0))
+            wind = Wrench(0.0, 0.0, gust_nm) if wind_known else None
+            turning = motion(0.0, turn_radps=wave(t_s))
+            waves = observer.update(t_s, Wrench(0.0, 0.0, -gust_nm), turning, (0.35, 0.45), wind=wind)
+            taken_radps.append(0.0 if waves is None else waves.yaw_rate_radps)
+        whole = round(math.tau / 2.0 / DT_S)  # of a wave: what is left is no wave
+        return max(abs(sum(taken_radps[k : k + whole]) / whole) for k in range(390, 500))
+
+    assert taken_most_radps(wind_known=True) < 0.005
+    assert taken_most_radps(wind_known=False) > 0.05
+
+
+def test_a_wind_that_comes_to_be_known_is_no_wave() -> None:
+    """A boat that lies steadily against 60 Nm of wind while its wind sensor begins and ends to measure."""
+    observer, wave = WaveObserver(REVOLT.hull, REVOLT.length_m), swell(2.0, 0.06)
+    taken_radps = []
+    for k in range(900):
+        t_s = DT_S * k
+        wind = Wrench(0.0, 0.0, 60.0) if 40.0 <= t_s < 65.0 else None
+        turning = motion(0.0, turn_radps=wave(t_s))
+        waves = observer.update(t_s, Wrench(0.0, 0.0, -60.0), turning, BANDWIDTHS, wind=wind)
+        taken_radps.append(0.0 if waves is None else waves.yaw_rate_radps)
+    assert max(map(abs, taken_radps[300:])) < 0.1
