@@ -589,6 +589,11 @@ class ErrorStateFilter:
         """Add variance (m²) to the horizontal position, on each axis."""
         self.inflate((_P, _P + 1), variance)
 
+    def inflate_motion(self, velocity_variance: float, tilt_variance: float) -> None:
+        """Add variance to the horizontal velocity ((m/s)²) and to roll and pitch (rad²)."""
+        self.inflate((_V, _V + 1), velocity_variance)
+        self.inflate((_TH, _TH + 1), tilt_variance)
+
     def widen_wander(self, variance: float) -> None:
         """Add variance (m²) to what positions are off by: that may have jumped."""
         self.inflate((_W, _W + 1), variance)

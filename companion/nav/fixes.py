@@ -15,9 +15,10 @@ from companion.nav.altitude import Altitude
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import Sense
-from companion.nav.lever_arms import ZERO, Vector, lever_arms, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, lever_arms, normal_gravity_mps2, relative
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.position_noise import PositionNoise
 from companion.nav.solution import Place
 from companion.nav.solutions import Solutions
 from companion.nav.sources import GradeWatch, SourceSelector
@@ -77,6 +78,7 @@ class Fixes:
         self._blend = ReceiverBlend()
         self._blended: dict[str, FixType] = {}  # the kind of fix of each receiver whose slow error the offsets hold
         self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
+        self._noises: dict[tuple[str, FixType], PositionNoise] = {}  # of each receiver and kind of fix
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
 
@@ -186,7 +188,7 @@ class Fixes:
         inertial = isinstance(solution, InertialSolution)
         if isinstance(solution, PoseSolution) and added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        fused_sigma_m = noisier * accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        fused_sigma_m = noisier * self._noise_m(judged) if inertial else accuracies.fused_m(fix, sigma_m)
         slow_sigma_m = accuracies.slow_m(fix, sigma_m)
         if self.blend and rule is None:
             offset = self._offset(judged, fused_sigma_m, slow_sigma_m, leads)
@@ -206,6 +208,20 @@ class Fixes:
             if leads:
                 self._altitude.take(fix, judged.lever_m)
                 self._stay_on_the_plane(judged, fused_sigma_m)
+
+    def _noise_m(self, judged: JudgedFix) -> float:
+        """One sigma of the noise of a fix, by what is said of it and by how the receiver's positions scatter."""
+        fix, inertial = judged.fix, self._solutions.inertial
+        said_m = self._accuracies.noise_m(fix, judged.sigma_m)
+        if inertial is None or not inertial.feels:
+            return said_m
+        noise = self._noises.setdefault((fix.source, fix.fix), PositionNoise())
+        arm = inertial.offset(relative(judged.lever_m, inertial.lever_m))
+        way, lag_s = inertial.odometer, inertial.t_s - fix.t_s
+        north_m = judged.place[0] - arm.north_m - way.north_m + lag_s * way.north_mps
+        east_m = judged.place[1] - arm.east_m - way.east_m + lag_s * way.east_mps
+        noise.take(fix.t_s, way.run, north_m, east_m)
+        return noise.sigma_m(said_m, self._accuracies.noise_m(fix, judged.sigma_m, 1.0))
 
     def _offset(self, judged: JudgedFix, sigma_m: float, slow_sigma_m: float, leads: bool) -> Offset | None:
         """What blending takes off a fix; None: the receiver is new."""

@@ -26,6 +26,8 @@ _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
 _DOWN_SAMPLES = 15.0  # of them that share one error: the boat heaves as long as a wave, and its group, pass
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
+_VELOCITIES_S = 2.0  # after the last one, no velocity holds the estimate
+_ASTRAY_MPS, _ASTRAY_RAD = 5.0, math.radians(3.0)  # most that is added to one that has gone astray
 _ANEW_SIGMA_MPS, _ANEW_TILT_SIGMA_RAD, _ANEW_YAW_SIGMA_RAD = 0.3, math.radians(3.0), math.radians(15.0)
 _LIKELY_BIASES = 3.0  # sigmas of the gyro's bias at switch-on
 _COMMON = 0.7  # correlation of the slow errors of two receivers: of plain ones 0.9, with corrections 0.5
@@ -73,6 +75,7 @@ class InertialSolution:
         self._slow_position, self._slow_velocity = SlowError(_SLOW_POSITION), SlowError(_SLOW_VELOCITY)
         self._slow_heading = SlowError(_SLOW_HEADING)
         self._down_s = -math.inf
+        self._position_s = self._velocity_s = -math.inf  # of the last position and velocity that were accepted
         self._begun_s: float | None = None  # until the first position
         self._anew: set[str] = set()  # senses whose next measurement counts alone
         self._position_gate = InnovationGate(POSITION_GATE)
@@ -279,13 +282,15 @@ class InertialSolution:
         now = north_m + lag_s * vn, east_m + lag_s * ve
         if rule is None and (self._restarts("position") or self._begins(innovation)):
             filter_.reset_position(*now, arm, variance, 0.0)
+            self._position_s = t_s
             return Verdict.ACCEPT
         apart_m, off_m = math.hypot(innovation.y1, innovation.y2), math.hypot(*filter_.wander)
         jumped = rule is None and self._jumps(t_s, innovation, apart_m)
         if jumped:
             filter_.widen_wander(apart_m * apart_m)
             innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
-        verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule)
+        drifts = self._unheld(t_s)
+        verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule, drifts)
         if verdict is Verdict.RESET and rule is None and self._by_wander(apart_m, sigma_m):
             filter_.widen_wander(apart_m * apart_m)
             filter_.fuse(filter_.position_innovation(north_m, east_m, arm, variance, lag_s))
@@ -295,8 +300,20 @@ class InertialSolution:
         elif verdict is Verdict.RESET:
             gone_m = math.hypot(innovation.y1 + filter_.wander[0], innovation.y2 + filter_.wander[1])
             filter_.reset_position(*now, arm, variance, _RESET_SIGMA_MPS**2)
+            self._doubt_motion(apart_m if drifts else 0.0, t_s - self._position_s)
             self._slow_position.jumped(t_s, gone_m if rule is None and gone_m <= _WRONG_FIX_M else 0.0)
+        self._position_s = self._position_s if verdict is Verdict.REJECT else t_s
         return verdict
+
+    def _doubt_motion(self, apart_m: float, passed_s: float) -> None:
+        """An estimate that no velocity holds has gone astray by so much in that time: its velocity or tilt is wrong."""
+        sigma_mps = min(apart_m / max(passed_s, _VELOCITIES_S), _ASTRAY_MPS)
+        sigma_rad = min(2.0 * sigma_mps / (self.filter.gravity_mps2 * max(passed_s, _VELOCITIES_S)), _ASTRAY_RAD)
+        self.filter.inflate_motion(sigma_mps**2, sigma_rad**2)
+
+    def _unheld(self, t_s: float) -> bool:
+        """Whether no velocity holds the estimate."""
+        return t_s - self._velocity_s > _VELOCITIES_S
 
     def _jumps(self, t_s: float, innovation: Innovation, apart_m: float) -> bool:
         """Whether positions have jumped, by less than the gate rejects."""
@@ -355,6 +372,8 @@ class InertialSolution:
         if self._settled:
             self._slow_velocity.take(t_s, innovation)
         verdict = self._judge("velocity", t_s, self._velocity_gate, innovation, sigma_mps, rule)
+        if verdict is not Verdict.REJECT:
+            self._velocity_s = t_s
         if verdict is Verdict.RESET:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
@@ -394,9 +413,10 @@ class InertialSolution:
         innovation: Innovation,
         sigma: float,
         rule: Verdict | None = None,
+        drifts: bool = False,
     ) -> Verdict:
         """Fuse the innovation if `rule`, or else the gate, accepts it. Keep the verdict for people."""
-        verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
+        verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma, drifts)
         self.judged[sense] = Judged(
             sense, t_s, innovation.normalised_square, gate.chi_square, verdict is not Verdict.REJECT
         )
