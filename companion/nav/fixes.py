@@ -23,12 +23,14 @@ from companion.nav.solution import Place
 from companion.nav.solutions import Solutions
 from companion.nav.sources import GradeWatch, SourceSelector
 from companion.nav.validity import Validity
+from companion.nav.way_back import LONGEST_S
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _PLANE_M = 50_000.0  # further from its origin, the plane is no map
 _LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
 _THESIS_RULE = 1
+_LATE_TOLD_S = 60.0  # from one text about a receiver that is too late to the next
 
 
 class JudgedFix(NamedTuple):
@@ -81,6 +83,7 @@ class Fixes:
         self._noises: dict[tuple[str, FixType], PositionNoise] = {}  # of each receiver and kind of fix
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
+        self._late_told_s = -math.inf
 
     @property
     def source(self) -> str | None:
@@ -116,12 +119,23 @@ class Fixes:
         if good and self._solutions.pose.started:
             rule = self._witness.position(fix, place, lever, sigma_m, self._solutions.used)
             sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
-        good = good and self._witness.trusts(Sense.POSITION, fix.source)
+        good = good and self._witness.trusts(Sense.POSITION, fix.source) and not self._is_too_late(fix)
         used = self._receivers.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self.newest is None or self.newest.source == fix.source:
             self.newest = fix
         self.kinds[fix.source] = fix.fix
         return JudgedFix(fix, place, lever, sigma_m, good, used, rule)
+
+    def _is_too_late(self, fix: GnssFix) -> bool:
+        """Whether the filter has gone on too far from where a fix is of; tells people."""
+        solution = self._solutions.used
+        if not isinstance(solution, InertialSolution) or solution.t_s - fix.t_s <= LONGEST_S:
+            return False
+        if fix.t_s - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = fix.t_s
+            text = f"{fix.source} comes {solution.t_s - fix.t_s:.1f} s late: not used"
+            self._say(solution.t_s, TextKind.ALARM, "receiver_too_late", text)
+        return True
 
     def fuse(self, judged: JudgedFix, noisier: float) -> None:
         """Let the solution take it, where it is used. `noisier`: the factor by which its noise counts as larger."""
@@ -216,10 +230,11 @@ class Fixes:
         if inertial is None or not inertial.feels:
             return said_m
         noise = self._noises.setdefault((fix.source, fix.fix), PositionNoise())
-        arm = inertial.offset(relative(judged.lever_m, inertial.lever_m))
-        way, lag_s = inertial.odometer, inertial.t_s - fix.t_s
-        north_m = judged.place[0] - arm.north_m - way.north_m + lag_s * way.north_mps
-        east_m = judged.place[1] - arm.east_m - way.east_m + lag_s * way.east_mps
+        arm = relative(judged.lever_m, inertial.lever_m)
+        here, since = inertial.offset(arm), inertial.since(fix.t_s, arm)
+        way, lag_s, (vn, ve, _) = inertial.odometer, inertial.t_s - fix.t_s, inertial.filter.velocity
+        north_m = judged.place[0] - here.north_m - way.north_m + since.north_m - lag_s * (vn - way.north_mps)
+        east_m = judged.place[1] - here.east_m - way.east_m + since.east_m - lag_s * (ve - way.east_mps)
         noise.take(fix.t_s, way.run, north_m, east_m)
         return noise.sigma_m(said_m, self._accuracies.noise_m(fix, judged.sigma_m, 1.0))
 

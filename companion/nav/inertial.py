@@ -18,6 +18,7 @@ from companion.nav.measured_off import Wander
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.slow_error import Limits, SlowError, has_jumped
 from companion.nav.solution import Motion, Offset, Place
+from companion.nav.way_back import LONGEST_S, NOTHING, Since, WayBack
 
 _RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
 _DOWN_PERIOD_S = 0.2
@@ -38,7 +39,7 @@ _SLOW_VELOCITY = Limits(most=0.0, reach=0.5, doubt=0.2, least=0.15)
 _VELOCITY_DOUBTED_MPS = 0.02  # velocities that are no better do not tell what positions are off by
 _SLOW_HEADING = Limits(most=0.0, reach=math.radians(10.0), doubt=math.radians(4.0), least=0.15)
 _BACK, _BACK_SHARE = 3.0, 0.4  # sigmas of the slow error, and share of the jump, within which a receiver is back
-_LONGEST_LAG_S = 1.0
+_BENT_S = 0.03  # within which the way of the boat is straight
 _LONGEST_COAST_S = 0.5
 _UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
 ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
@@ -70,6 +71,7 @@ class InertialSolution:
         self.odometer = InertialSums()
         self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
+        self._way_back = WayBack()
         self._imu_lever_m = imu_lever_m
         self._wander = Wander(0.0, 1.0)
         self._slow_position, self._slow_velocity = SlowError(_SLOW_POSITION), SlowError(_SLOW_VELOCITY)
@@ -169,6 +171,7 @@ class InertialSolution:
         self.odometer.move(arm[:2], swing[:2])
         self.odometer.begin()
         self._memory.clear()
+        self._way_back.clear()
 
     def forget_biases(self) -> None:
         """The sensor has been calibrated: what was learnt of it is void."""
@@ -183,6 +186,7 @@ class InertialSolution:
             return
         self.t_s = imu.t_s
         self._smooth(rates, dt)
+        self._way_back.take(imu.t_s, force, relative(rates, self.filter.gyro_bias), dt)
         if not self.running:
             self.levelling.update(imu.t_s, force, relative(rates, self.filter.gyro_bias))
             return
@@ -203,6 +207,23 @@ class InertialSolution:
         after_north, after_east, _ = filter_.velocity
         self._memory.sample(self.t_s, force, rates, dt_s)
         self.odometer.add(dt_s, after_north - north, after_east - east, filter_.turn_radps, filter_.gyro_bias[2])
+
+    def since(self, t_s: float, arm: Vector = ZERO) -> Since:
+        """What a point `arm` from the sensor (body axes) has done since then."""
+        return self._way_back.since(t_s, self.filter, arm)
+
+    def _straight(self, t_s: float, arm: Vector, north_m: float, east_m: float) -> tuple[float, float]:
+        """A position at `t_s` of a point of the hull, as it would be had the point come straight from there, at its
+        velocity of now."""
+        lag_s = self.t_s - t_s
+        if lag_s <= _BENT_S:
+            return north_m, east_m
+        since, filter_ = self.since(t_s, arm), self.filter
+        swing = velocity_ned(filter_.rotation, filter_.rates, arm)
+        return (
+            north_m + since.north_m - lag_s * (filter_.velocity[0] + swing[0]),
+            east_m + since.east_m - lag_s * (filter_.velocity[1] + swing[1]),
+        )
 
     def tilt(self) -> tuple[float, float] | None:
         """(roll_rad, pitch_rad) by the filter, or by gravity before it runs; None in the first second."""
@@ -247,12 +268,16 @@ class InertialSolution:
         turned_s = ahead_s - filter_.late_s if filter_.heading_late else ahead_s
         ahead_s -= late_s
         yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
+        since = NOTHING
+        if self.t_s - t_s > _BENT_S:
+            since = self.since(t_s, relative(ZERO, self._imu_lever_m))
+            ahead_s, turned_s = ahead_s + self.t_s - t_s, turned_s + self.t_s - t_s
         return Place(
-            filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north,
-            filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east,
-            north - late_s * gn,
-            east - late_s * ge,
-            wrap_pi(yaw + filter_.heading_wander + turned_s * filter_.rates[2]),
+            filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north - since.north_m,
+            filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east - since.east_m,
+            north - late_s * gn - since.north_mps,
+            east - late_s * ge - since.east_mps,
+            wrap_pi(yaw + filter_.heading_wander + turned_s * filter_.rates[2] - since.turned_rad),
             filter_.measured_sigma_m(),
         )
 
@@ -273,10 +298,11 @@ class InertialSolution:
     ) -> Verdict:
         """As `Solution.position`."""
         lag_s = self.t_s - t_s
-        if lag_s > _LONGEST_LAG_S:
+        if lag_s > LONGEST_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
         filter_ = self.filter
+        north_m, east_m = self._straight(t_s, arm, north_m, east_m)
         innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
         vn, ve, _ = filter_.velocity
         now = north_m + lag_s * vn, east_m + lag_s * ve
@@ -365,10 +391,13 @@ class InertialSolution:
         rule: Verdict | None = None,
     ) -> Verdict:
         """As `Solution.velocity`."""
-        if self.t_s - t_s > _LONGEST_LAG_S:
+        if self.t_s - t_s > LONGEST_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
-        innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
+        if self.t_s - t_s > _BENT_S:
+            since = self.since(t_s, arm)
+            north_mps, east_mps = north_mps + since.north_mps, east_mps + since.east_mps
+        innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance, lag_s=self.t_s - t_s)
         if self._settled:
             self._slow_velocity.take(t_s, innovation)
         verdict = self._judge("velocity", t_s, self._velocity_gate, innovation, sigma_mps, rule)
@@ -392,8 +421,10 @@ class InertialSolution:
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`."""
         lag_s = self.t_s - t_s
-        if lag_s > _LONGEST_LAG_S:
+        if lag_s > LONGEST_S:
             return Verdict.REJECT
+        if lag_s > _BENT_S:
+            yaw_rad += self.since(t_s).turned_rad - lag_s * self.filter.rates[2]
         if rule is None and self._restarts("heading"):
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
             return Verdict.ACCEPT
