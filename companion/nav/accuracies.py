@@ -13,7 +13,7 @@ from companion.nav.measured_off import Wander
 
 _UNKNOWN_M, _UNKNOWN_MPS = 3.0, 0.1
 _CORRELATED_FACTOR = 3.0  # without an inertial sensor nothing tells slow errors from noise: a fix counts as noisier
-_NOISE_SHARE, _WANDER_SHARE = 0.3, 0.7  # of the sigma of a fix whose ambiguities are not fixed
+NOISE_SHARE, _WANDER_SHARE = 0.3, 0.7  # of the sigma of a fix whose ambiguities are not fixed
 _CARRIER_WANDER_M = 0.008  # slow error of fixes with carrier phase
 _WANDER_S, _CARRIER_WANDER_S = 300.0, 100.0  # time constants: of code multipath and ionosphere, of carrier multipath
 _LASTS_S = 0.5  # an error of velocity without carrier phase: receivers smooth over about that time
@@ -48,14 +48,15 @@ class SensorAccuracies:
         """As a filter without an inertial sensor should take a fix of `sigma_m`, m."""
         return sigma_m if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_FACTOR * sigma_m
 
-    def noise_m(self, fix: GnssFix, sigma_m: float) -> float:
-        """Of the noise of a fix of `sigma_m`, which averaging removes, m."""
+    def noise_m(self, fix: GnssFix, sigma_m: float, share: float = NOISE_SHARE) -> float:
+        """Of the noise of a fix of `sigma_m`, which averaging removes, m. `share`: of it, where nothing else is told of
+        a fix whose ambiguities are not fixed."""
         row, told_m = self._sensors.get(fix.source), self._told(fix.source, fix.fix).noise_m
         if told_m is not None:
             return told_m
         if fix.fix is FixType.RTK_FIXED:
             return sigma_m
-        return max(_NOISE_SHARE * sigma_m, row.accuracy_floor_m if row is not None else 0.0)
+        return max(share * sigma_m, row.accuracy_floor_m if row is not None else 0.0)
 
     def slow_m(self, fix: GnssFix, sigma_m: float) -> float:
         """Of the receiver's slow error, m."""

@@ -53,6 +53,7 @@ _MEAN_S = 0.15  # of the acceleration that late velocities lack: half of a long 
 _LATE_WALK_S_RTS = 5e-4  # s/√s: 4 ms in a minute, since no latency is quite constant
 _TELLS_MPS, _TELLS_MPS2 = 0.1, 0.05  # a latency shows in no less: below, the estimate's own noise seems to tell it
 _UNSURE_SAMPLES = 300.0  # of a receiver that may be late without a state for it: a constant error of all of them
+_LAG_TELLS = 0.03  # s, s²/2: below, a lag tells nothing of tilt and bias
 _STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
@@ -409,16 +410,18 @@ class ErrorStateFilter:
         tells = self.late and math.hypot(vn, ve) > _TELLS_MPS
         h[_L], h[SIZE + _L] = (mean_s * gn - vn, mean_s * ge - ve) if tells else (0.0, 0.0)
         self._set_arm(h, arm)
+        self._set_lag(h, -0.5 * lag_s * abs(lag_s))
         variance += _UNSURE_SAMPLES * self.unsure_s**2 * (vn * vn + ve * ve)
         y1 = north_m - (self.position[0] - lag_s * (vn - 0.5 * late_s * gn) + arm[0]) - self.wander[0]
         y2 = east_m - (self.position[1] - lag_s * (ve - 0.5 * late_s * ge) + arm[1]) - self.wander[1]
         return self._pair_innovation(y1, y2, variance)
 
     def velocity_innovation(
-        self, north_mps: float, east_mps: float, lever_m: Vector, variance: float, late: bool = True
+        self, north_mps: float, east_mps: float, lever_m: Vector, variance: float, late: bool = True, lag_s: float = 0.0
     ) -> Innovation:
         """Innovation of a measured velocity of the point `lever_m` (body) from the IMU; `variance` in (m/s)² on each
-        axis. `late`: it is of a receiver."""
+        axis. `late`: it is of a receiver. `lag_s`: over which the inertial sensor has brought it to the state's
+        time."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 0.0
@@ -430,6 +433,7 @@ class ErrorStateFilter:
         late_s = self.late_s if late else 0.0
         h[_L], h[SIZE + _L] = (-gn, -ge) if late and math.hypot(gn, ge) > _TELLS_MPS2 else (0.0, 0.0)
         self._set_arm(h, arm)
+        self._set_lag(h, lag_s)
         y1 = north_mps - (self.velocity[0] - late_s * gn) - arm[0]
         y2 = east_mps - (self.velocity[1] - late_s * ge) - arm[1]
         return self._pair_innovation(y1, y2, variance)
@@ -439,6 +443,20 @@ class ErrorStateFilter:
         """The first two rows of −[arm]×: the effect of an attitude error on a vector fixed to the hull."""
         h[_TH + 1], h[_TH + 2] = arm[2], -arm[1]
         h[SIZE + _TH], h[SIZE + _TH + 2] = -arm[2], arm[0]
+
+    def _set_lag(self, h: Flat, factor: float) -> None:
+        """The effect of errors of attitude and accelerometer on a measurement before the state's time: on a velocity
+        `factor` is the lag, on a position −½ of its square. δv̇ = −[f]× δθ − R δa_bias."""
+        if abs(factor) < _LAG_TELLS:
+            factor = 0.0
+        (gn, ge), g, r = self.gaining, self.gravity_mps2, self.rotation
+        if factor:
+            h[_TH + 1] += factor * g
+            h[_TH + 2] += factor * ge
+            h[SIZE + _TH] -= factor * g
+            h[SIZE + _TH + 2] -= factor * gn
+        for k in range(3):
+            h[_AB + k], h[SIZE + _AB + k] = factor * r[k], factor * r[3 + k]
 
     def heading_innovation(self, yaw_rad: float, variance: float, lag_s: float = 0.0) -> Innovation:
         """Innovation, wrapped, of a measured heading `lag_s` before the state's time; `variance` in rad².
@@ -588,6 +606,11 @@ class ErrorStateFilter:
     def inflate_position(self, variance: float) -> None:
         """Add variance (m²) to the horizontal position, on each axis."""
         self.inflate((_P, _P + 1), variance)
+
+    def inflate_motion(self, velocity_variance: float, tilt_variance: float) -> None:
+        """Add variance to the horizontal velocity ((m/s)²) and to roll and pitch (rad²)."""
+        self.inflate((_V, _V + 1), velocity_variance)
+        self.inflate((_TH, _TH + 1), tilt_variance)
 
     def widen_wander(self, variance: float) -> None:
         """Add variance (m²) to what positions are off by: that may have jumped."""

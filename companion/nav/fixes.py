@@ -15,19 +15,22 @@ from companion.nav.altitude import Altitude
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import Sense
-from companion.nav.lever_arms import ZERO, Vector, lever_arms, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, lever_arms, normal_gravity_mps2, relative
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.position_noise import PositionNoise
 from companion.nav.solution import Place
 from companion.nav.solutions import Solutions
 from companion.nav.sources import GradeWatch, SourceSelector
 from companion.nav.validity import Validity
+from companion.nav.way_back import LONGEST_S
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _PLANE_M = 50_000.0  # further from its origin, the plane is no map
 _LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
 _THESIS_RULE = 1
+_LATE_TOLD_S = 60.0  # from one text about a receiver that is too late to the next
 
 
 class JudgedFix(NamedTuple):
@@ -77,8 +80,10 @@ class Fixes:
         self._blend = ReceiverBlend()
         self._blended: dict[str, FixType] = {}  # the kind of fix of each receiver whose slow error the offsets hold
         self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
+        self._noises: dict[tuple[str, FixType], PositionNoise] = {}  # of each receiver and kind of fix
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
+        self._late_told_s = -math.inf
 
     @property
     def source(self) -> str | None:
@@ -114,12 +119,23 @@ class Fixes:
         if good and self._solutions.pose.started:
             rule = self._witness.position(fix, place, lever, sigma_m, self._solutions.used)
             sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
-        good = good and self._witness.trusts(Sense.POSITION, fix.source)
+        good = good and self._witness.trusts(Sense.POSITION, fix.source) and not self._is_too_late(fix)
         used = self._receivers.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self.newest is None or self.newest.source == fix.source:
             self.newest = fix
         self.kinds[fix.source] = fix.fix
         return JudgedFix(fix, place, lever, sigma_m, good, used, rule)
+
+    def _is_too_late(self, fix: GnssFix) -> bool:
+        """Whether the filter has gone on too far from where a fix is of; tells people."""
+        solution = self._solutions.used
+        if not isinstance(solution, InertialSolution) or solution.t_s - fix.t_s <= LONGEST_S:
+            return False
+        if fix.t_s - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = fix.t_s
+            text = f"{fix.source} comes {solution.t_s - fix.t_s:.1f} s late: not used"
+            self._say(solution.t_s, TextKind.ALARM, "receiver_too_late", text)
+        return True
 
     def fuse(self, judged: JudgedFix, noisier: float) -> None:
         """Let the solution take it, where it is used. `noisier`: the factor by which its noise counts as larger."""
@@ -186,7 +202,7 @@ class Fixes:
         inertial = isinstance(solution, InertialSolution)
         if isinstance(solution, PoseSolution) and added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        fused_sigma_m = noisier * accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        fused_sigma_m = noisier * self._noise_m(judged) if inertial else accuracies.fused_m(fix, sigma_m)
         slow_sigma_m = accuracies.slow_m(fix, sigma_m)
         if self.blend and rule is None:
             offset = self._offset(judged, fused_sigma_m, slow_sigma_m, leads)
@@ -206,6 +222,21 @@ class Fixes:
             if leads:
                 self._altitude.take(fix, judged.lever_m)
                 self._stay_on_the_plane(judged, fused_sigma_m)
+
+    def _noise_m(self, judged: JudgedFix) -> float:
+        """One sigma of the noise of a fix, by what is said of it and by how the receiver's positions scatter."""
+        fix, inertial = judged.fix, self._solutions.inertial
+        said_m = self._accuracies.noise_m(fix, judged.sigma_m)
+        if inertial is None or not inertial.feels:
+            return said_m
+        noise = self._noises.setdefault((fix.source, fix.fix), PositionNoise())
+        arm = relative(judged.lever_m, inertial.lever_m)
+        here, since = inertial.offset(arm), inertial.since(fix.t_s, arm)
+        way, lag_s, (vn, ve, _) = inertial.odometer, inertial.t_s - fix.t_s, inertial.filter.velocity
+        north_m = judged.place[0] - here.north_m - way.north_m + since.north_m - lag_s * (vn - way.north_mps)
+        east_m = judged.place[1] - here.east_m - way.east_m + since.east_m - lag_s * (ve - way.east_mps)
+        noise.take(fix.t_s, way.run, north_m, east_m)
+        return noise.sigma_m(said_m, self._accuracies.noise_m(fix, judged.sigma_m, 1.0))
 
     def _offset(self, judged: JudgedFix, sigma_m: float, slow_sigma_m: float, leads: bool) -> Offset | None:
         """What blending takes off a fix; None: the receiver is new."""

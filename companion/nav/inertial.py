@@ -18,6 +18,7 @@ from companion.nav.measured_off import Wander
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.slow_error import Limits, SlowError, has_jumped
 from companion.nav.solution import Motion, Offset, Place
+from companion.nav.way_back import LONGEST_S, NOTHING, Since, WayBack
 
 _RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
 _DOWN_PERIOD_S = 0.2
@@ -26,6 +27,8 @@ _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
 _DOWN_SAMPLES = 15.0  # of them that share one error: the boat heaves as long as a wave, and its group, pass
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
+_VELOCITIES_S = 2.0  # after the last one, no velocity holds the estimate
+_ASTRAY_MPS, _ASTRAY_RAD = 5.0, math.radians(3.0)  # most that is added to one that has gone astray
 _ANEW_SIGMA_MPS, _ANEW_TILT_SIGMA_RAD, _ANEW_YAW_SIGMA_RAD = 0.3, math.radians(3.0), math.radians(15.0)
 _LIKELY_BIASES = 3.0  # sigmas of the gyro's bias at switch-on
 _COMMON = 0.7  # correlation of the slow errors of two receivers: of plain ones 0.9, with corrections 0.5
@@ -36,7 +39,7 @@ _SLOW_VELOCITY = Limits(most=0.0, reach=0.5, doubt=0.2, least=0.15)
 _VELOCITY_DOUBTED_MPS = 0.02  # velocities that are no better do not tell what positions are off by
 _SLOW_HEADING = Limits(most=0.0, reach=math.radians(10.0), doubt=math.radians(4.0), least=0.15)
 _BACK, _BACK_SHARE = 3.0, 0.4  # sigmas of the slow error, and share of the jump, within which a receiver is back
-_LONGEST_LAG_S = 1.0
+_BENT_S = 0.03  # within which the way of the boat is straight
 _LONGEST_COAST_S = 0.5
 _UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
 ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
@@ -68,11 +71,13 @@ class InertialSolution:
         self.odometer = InertialSums()
         self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
+        self._way_back = WayBack()
         self._imu_lever_m = imu_lever_m
         self._wander = Wander(0.0, 1.0)
         self._slow_position, self._slow_velocity = SlowError(_SLOW_POSITION), SlowError(_SLOW_VELOCITY)
         self._slow_heading = SlowError(_SLOW_HEADING)
         self._down_s = -math.inf
+        self._position_s = self._velocity_s = -math.inf  # of the last position and velocity that were accepted
         self._begun_s: float | None = None  # until the first position
         self._anew: set[str] = set()  # senses whose next measurement counts alone
         self._position_gate = InnovationGate(POSITION_GATE)
@@ -166,6 +171,7 @@ class InertialSolution:
         self.odometer.move(arm[:2], swing[:2])
         self.odometer.begin()
         self._memory.clear()
+        self._way_back.clear()
 
     def forget_biases(self) -> None:
         """The sensor has been calibrated: what was learnt of it is void."""
@@ -180,6 +186,7 @@ class InertialSolution:
             return
         self.t_s = imu.t_s
         self._smooth(rates, dt)
+        self._way_back.take(imu.t_s, force, relative(rates, self.filter.gyro_bias), dt)
         if not self.running:
             self.levelling.update(imu.t_s, force, relative(rates, self.filter.gyro_bias))
             return
@@ -200,6 +207,23 @@ class InertialSolution:
         after_north, after_east, _ = filter_.velocity
         self._memory.sample(self.t_s, force, rates, dt_s)
         self.odometer.add(dt_s, after_north - north, after_east - east, filter_.turn_radps, filter_.gyro_bias[2])
+
+    def since(self, t_s: float, arm: Vector = ZERO) -> Since:
+        """What a point `arm` from the sensor (body axes) has done since then."""
+        return self._way_back.since(t_s, self.filter, arm)
+
+    def _straight(self, t_s: float, arm: Vector, north_m: float, east_m: float) -> tuple[float, float]:
+        """A position at `t_s` of a point of the hull, as it would be had the point come straight from there, at its
+        velocity of now."""
+        lag_s = self.t_s - t_s
+        if lag_s <= _BENT_S:
+            return north_m, east_m
+        since, filter_ = self.since(t_s, arm), self.filter
+        swing = velocity_ned(filter_.rotation, filter_.rates, arm)
+        return (
+            north_m + since.north_m - lag_s * (filter_.velocity[0] + swing[0]),
+            east_m + since.east_m - lag_s * (filter_.velocity[1] + swing[1]),
+        )
 
     def tilt(self) -> tuple[float, float] | None:
         """(roll_rad, pitch_rad) by the filter, or by gravity before it runs; None in the first second."""
@@ -244,12 +268,16 @@ class InertialSolution:
         turned_s = ahead_s - filter_.late_s if filter_.heading_late else ahead_s
         ahead_s -= late_s
         yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
+        since = NOTHING
+        if self.t_s - t_s > _BENT_S:
+            since = self.since(t_s, relative(ZERO, self._imu_lever_m))
+            ahead_s, turned_s = ahead_s + self.t_s - t_s, turned_s + self.t_s - t_s
         return Place(
-            filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north,
-            filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east,
-            north - late_s * gn,
-            east - late_s * ge,
-            wrap_pi(yaw + filter_.heading_wander + turned_s * filter_.rates[2]),
+            filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north - since.north_m,
+            filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east - since.east_m,
+            north - late_s * gn - since.north_mps,
+            east - late_s * ge - since.east_mps,
+            wrap_pi(yaw + filter_.heading_wander + turned_s * filter_.rates[2] - since.turned_rad),
             filter_.measured_sigma_m(),
         )
 
@@ -270,22 +298,25 @@ class InertialSolution:
     ) -> Verdict:
         """As `Solution.position`."""
         lag_s = self.t_s - t_s
-        if lag_s > _LONGEST_LAG_S:
+        if lag_s > LONGEST_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
         filter_ = self.filter
+        north_m, east_m = self._straight(t_s, arm, north_m, east_m)
         innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
         vn, ve, _ = filter_.velocity
         now = north_m + lag_s * vn, east_m + lag_s * ve
         if rule is None and (self._restarts("position") or self._begins(innovation)):
             filter_.reset_position(*now, arm, variance, 0.0)
+            self._position_s = t_s
             return Verdict.ACCEPT
         apart_m, off_m = math.hypot(innovation.y1, innovation.y2), math.hypot(*filter_.wander)
         jumped = rule is None and self._jumps(t_s, innovation, apart_m)
         if jumped:
             filter_.widen_wander(apart_m * apart_m)
             innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
-        verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule)
+        drifts = self._unheld(t_s)
+        verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule, drifts)
         if verdict is Verdict.RESET and rule is None and self._by_wander(apart_m, sigma_m):
             filter_.widen_wander(apart_m * apart_m)
             filter_.fuse(filter_.position_innovation(north_m, east_m, arm, variance, lag_s))
@@ -295,8 +326,20 @@ class InertialSolution:
         elif verdict is Verdict.RESET:
             gone_m = math.hypot(innovation.y1 + filter_.wander[0], innovation.y2 + filter_.wander[1])
             filter_.reset_position(*now, arm, variance, _RESET_SIGMA_MPS**2)
+            self._doubt_motion(apart_m if drifts else 0.0, t_s - self._position_s)
             self._slow_position.jumped(t_s, gone_m if rule is None and gone_m <= _WRONG_FIX_M else 0.0)
+        self._position_s = self._position_s if verdict is Verdict.REJECT else t_s
         return verdict
+
+    def _doubt_motion(self, apart_m: float, passed_s: float) -> None:
+        """An estimate that no velocity holds has gone astray by so much in that time: its velocity or tilt is wrong."""
+        sigma_mps = min(apart_m / max(passed_s, _VELOCITIES_S), _ASTRAY_MPS)
+        sigma_rad = min(2.0 * sigma_mps / (self.filter.gravity_mps2 * max(passed_s, _VELOCITIES_S)), _ASTRAY_RAD)
+        self.filter.inflate_motion(sigma_mps**2, sigma_rad**2)
+
+    def _unheld(self, t_s: float) -> bool:
+        """Whether no velocity holds the estimate."""
+        return t_s - self._velocity_s > _VELOCITIES_S
 
     def _jumps(self, t_s: float, innovation: Innovation, apart_m: float) -> bool:
         """Whether positions have jumped, by less than the gate rejects."""
@@ -348,13 +391,18 @@ class InertialSolution:
         rule: Verdict | None = None,
     ) -> Verdict:
         """As `Solution.velocity`."""
-        if self.t_s - t_s > _LONGEST_LAG_S:
+        if self.t_s - t_s > LONGEST_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
-        innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
+        if self.t_s - t_s > _BENT_S:
+            since = self.since(t_s, arm)
+            north_mps, east_mps = north_mps + since.north_mps, east_mps + since.east_mps
+        innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance, lag_s=self.t_s - t_s)
         if self._settled:
             self._slow_velocity.take(t_s, innovation)
         verdict = self._judge("velocity", t_s, self._velocity_gate, innovation, sigma_mps, rule)
+        if verdict is not Verdict.REJECT:
+            self._velocity_s = t_s
         if verdict is Verdict.RESET:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
@@ -373,8 +421,10 @@ class InertialSolution:
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`."""
         lag_s = self.t_s - t_s
-        if lag_s > _LONGEST_LAG_S:
+        if lag_s > LONGEST_S:
             return Verdict.REJECT
+        if lag_s > _BENT_S:
+            yaw_rad += self.since(t_s).turned_rad - lag_s * self.filter.rates[2]
         if rule is None and self._restarts("heading"):
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
             return Verdict.ACCEPT
@@ -394,9 +444,10 @@ class InertialSolution:
         innovation: Innovation,
         sigma: float,
         rule: Verdict | None = None,
+        drifts: bool = False,
     ) -> Verdict:
         """Fuse the innovation if `rule`, or else the gate, accepts it. Keep the verdict for people."""
-        verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
+        verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma, drifts)
         self.judged[sense] = Judged(
             sense, t_s, innovation.normalised_square, gate.chi_square, verdict is not Verdict.REJECT
         )

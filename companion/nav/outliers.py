@@ -15,6 +15,8 @@ from statistics import median
 
 FIRST_SAMPLES = 20
 REJECTIONS_IN_A_ROW = 20
+_ON_A_LINE = 4  # rejected ones, and one more, that tell how a prediction goes astray
+_GONE = 2.0  # times as far off as the first of these
 
 
 class Verdict(Enum):
@@ -105,15 +107,17 @@ class InnovationGate:
         self._rejected.clear()
         self._rejections = 0
 
-    def update(self, first: float, second: float, normalised_square: float, sigma: float) -> Verdict:
+    def update(
+        self, first: float, second: float, normalised_square: float, sigma: float, drifts: bool = False
+    ) -> Verdict:
         """The verdict on one measurement. `first`, `second`: the innovation (second 0 for one axis); `sigma`: of the
-        measurement alone."""
+        measurement alone. `drifts`: the prediction may go astray, so that rejected ones agree that are on a line."""
         if normalised_square <= self._config.chi_square or math.hypot(first, second) <= self._config.always:
             if self._rejections:
                 self.clear()
             return Verdict.ACCEPT
         self._rejections += 1
-        agreed = self._rejections > REJECTIONS_IN_A_ROW and self._agrees(first, second, sigma)
+        agreed = self._agrees(first, second, sigma) or (drifts and self._is_on_their_line(first, second, sigma))
         self._rejected.append((first, second))
         if not agreed:
             return Verdict.REJECT
@@ -121,9 +125,24 @@ class InnovationGate:
         return Verdict.RESET
 
     def _agrees(self, first: float, second: float, sigma: float) -> bool:
+        if self._rejections <= REJECTIONS_IN_A_ROW:
+            return False
         late = self._rejections > 5 * REJECTIONS_IN_A_ROW
         centre = self._rejected[-1] if late else median_point(self._rejected)
-        return math.hypot(first - centre[0], second - centre[1]) <= max(self._config.agreement, 4.0 * sigma)
+        return self._are_near(first - centre[0], second - centre[1], sigma)
+
+    def _is_on_their_line(self, first: float, second: float, sigma: float) -> bool:
+        """Whether the rejected ones move away steadily, and this one with them."""
+        if len(self._rejected) < _ON_A_LINE:
+            return False
+        (a1, a2), (b1, b2) = self._rejected[-_ON_A_LINE], self._rejected[-1]
+        share = _ON_A_LINE / (_ON_A_LINE - 1.0)
+        if first * a1 + second * a2 < _GONE * (a1 * a1 + a2 * a2):
+            return False
+        return self._are_near(first - a1 - share * (b1 - a1), second - a2 - share * (b2 - a2), sigma)
+
+    def _are_near(self, first: float, second: float, sigma: float) -> bool:
+        return math.hypot(first, second) <= max(self._config.agreement, 4.0 * sigma)
 
 
 class FirstPosition:

@@ -89,13 +89,15 @@ class ReceiverLatency:
     def heading(self, inertial: InertialSolution, t_s: float, yaw_rad: float) -> None:
         """Take a heading of the receiver in use, whether it is used or not: one that lags seems to drift in a turn."""
         turn_radps = inertial.filter.turn_radps
-        turned_rad = inertial.odometer.turned_rad + turn_radps * (t_s - inertial.t_s)
+        turned_rad = inertial.odometer.turned_rad - inertial.since(t_s).turned_rad
         self._turn.take(t_s, yaw_rad - turned_rad, turn_radps)
 
     def velocity(self, inertial: InertialSolution, t_s: float, velocity: tuple[float, float], lever_m: Vector) -> None:
         """Take a velocity of the antenna at `lever_m` of the receiver in use, whether it is used or not."""
-        swing = inertial.offset(relative(lever_m, inertial.lever_m))
-        self._velocity.take(t_s, velocity, inertial.lanes, (swing.north_mps, swing.east_mps))
+        arm = relative(lever_m, inertial.lever_m)
+        swing, since = inertial.offset(arm), inertial.since(t_s, arm)
+        then = swing.north_mps - since.north_mps, swing.east_mps - since.east_mps
+        self._velocity.take(t_s, velocity, inertial.lanes, then)
 
     def update(self, inertial: InertialSolution, source: str) -> LatencyFound | None:
         """Returns what is found anew of the receiver in use; nothing where its file tells the latency exactly."""

@@ -194,3 +194,32 @@ def test_a_boat_that_lies_still_learns_nothing_of_a_latency() -> None:
             made.velocity(t_s, 0.03 * noise[6], 0.03 * noise[7], ZERO, 0.03)
             made.position(t_s, 0.01 * noise[8], 0.01 * noise[9], ZERO, 0.02)
     assert abs(made.filter.late_s) < 0.05 and made.filter.late_sigma_s() > 0.1
+
+
+def test_an_estimate_that_no_velocity_holds_comes_back_within_some_positions() -> None:
+    """It has run away at 3 m/s and is sure of it: the rejected positions lie on a line, and tell its velocity, too."""
+    made = at_rest(0.0)
+    for k in range(1, 3300):
+        t_s = k / 100
+        made.sample(Imu(t_s, "imu", 0.0, 0.0, -G, 0.0, 0.0, 0.0))
+        if k % 10 == 0:
+            made.heading(t_s, 0.0, 0.005)
+        if k % 100 == 0:
+            made.position(t_s, 0.0, 0.0, ZERO, 0.02)
+        if k == 2050:
+            made.filter.velocity = (3.0, 0.0, 0.0)
+    north, east, _ = made.motion(made.t_s).position
+    assert math.hypot(north, east) < 0.3
+    assert math.hypot(*made.filter.velocity[:2]) < 0.2
+
+
+def test_where_velocities_hold_the_estimate_positions_that_leave_it_on_a_line_are_not_believed() -> None:
+    made = at_rest(0.0)
+    fixes(made, 0.0, 0.0, 20.0, heading=True)
+    for k in range(1, 1500):
+        t_s = 20.0 + k / 100
+        made.sample(Imu(t_s, "imu", 0.0, 0.0, -G, 0.0, 0.0, 0.0))
+        if k % 10 == 0:
+            made.velocity(t_s, 0.0, 0.0, ZERO, 0.02)
+        if k % 100 == 0:
+            assert made.position(t_s, 3.0 * k / 100, 0.0, ZERO, 0.02) is Verdict.REJECT

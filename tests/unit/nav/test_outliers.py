@@ -64,6 +64,16 @@ def test_gate_is_not_locked_out_when_the_prediction_runs_away() -> None:
     assert found == [Verdict.REJECT] * 100 + [Verdict.RESET]
 
 
+def test_gate_resets_at_the_fifth_where_a_prediction_that_may_go_astray_does() -> None:
+    def found(innovations: list[tuple[float, float]]) -> list[Verdict]:
+        gate = InnovationGate(POSITION_GATE)
+        return [gate.update(n, e, 1e6, 0.05, drifts=True) for n, e in innovations]
+
+    assert found([(2.0 + 2.0 * k, 1.0 + k) for k in range(5)]) == [Verdict.REJECT] * 4 + [Verdict.RESET]
+    assert set(found([(5.0, 0.0)] * 20)) == {Verdict.REJECT}  # it has jumped
+    assert set(found([(10.0 * (-1) ** k * (k + 1), 7.0 * k) for k in range(90)])) == {Verdict.REJECT}
+
+
 def test_gate_opens_with_the_covariance() -> None:
     """One metre after an outage that made the predicted sigma 0.5 m is accepted."""
     gate = InnovationGate(POSITION_GATE)

@@ -1,0 +1,100 @@
+"""Measurements that come late, with the right times: from a receiver over a radio or a loaded hub."""
+
+import math
+
+import numpy as np
+import pytest
+
+from companion.core.geodesy import LocalFrame
+from companion.core.readings import Imu, Reading
+from companion.nav.error_state import ErrorStateFilter
+from companion.nav.estimator import Estimator
+from companion.nav.lever_arms import ZERO
+from companion.nav.way_back import NOTHING, WayBack
+from companion.params.store import Parameters
+from tests.unit.nav.boat_truth import IMU_HZ, Passage, Voyage, config_of, navigate, readings_of, rms, sail
+
+G = 9.82
+
+
+def test_before_the_first_sample_nothing_is_known() -> None:
+    assert WayBack().since(0.0, ErrorStateFilter(G), ZERO) == NOTHING
+
+
+def circled(tilted_rad: float) -> tuple[WayBack, ErrorStateFilter]:
+    """Two seconds on a circle of 5 m at 2 m/s, level, by a filter that has learnt only now how its sensor is tilted."""
+    turn, back = 0.4, WayBack()
+    force = (G * math.sin(tilted_rad), 0.8, -G * math.cos(tilted_rad))
+    rates = (-turn * math.sin(tilted_rad), 0.0, turn * math.cos(tilted_rad))
+    for k in range(201):
+        back.take(k / 100, force, rates, 0.01)
+    filter_ = ErrorStateFilter(G)
+    yaw = turn * 2.0
+    velocity = 2.0 * math.cos(yaw), 2.0 * math.sin(yaw), 0.0
+    filter_.start(ZERO, velocity, (0.0, tilted_rad, yaw), [0.1] * 15)
+    filter_.rates = rates
+    return back, filter_
+
+
+@pytest.mark.parametrize("tilted_rad", [0.0, 0.1])
+def test_the_way_back_is_as_bent_as_the_boat_went(tilted_rad: float) -> None:
+    back, filter_ = circled(tilted_rad)
+    since = back.since(1.005, filter_, ZERO)
+    now, then = 0.8, 0.4 * 1.005
+    assert since.north_m == pytest.approx(5.0 * (math.sin(now) - math.sin(then)), abs=0.01)
+    assert since.east_m == pytest.approx(5.0 * (math.cos(then) - math.cos(now)), abs=0.01)
+    assert since.north_mps == pytest.approx(2.0 * (math.cos(now) - math.cos(then)), abs=0.01)
+    assert since.east_mps == pytest.approx(2.0 * (math.sin(now) - math.sin(then)), abs=0.01)
+    assert since.turned_rad == pytest.approx(now - then, abs=0.01)
+
+
+@pytest.mark.parametrize("delay", [30, 80, 100])
+@pytest.mark.parametrize("radius_m", [5.0, 15.0])
+def test_what_comes_late_with_the_right_time_is_as_good(delay: int, radius_m: float) -> None:
+    """Velocities were taken as of now: 0.8 s late the boat was up to 2.9 m off."""
+    voyage = Voyage(speed_mps=2.0, radius_m=radius_m, seed=722500)
+    position, yaw, velocity = navigate(voyage, delay=delay, config=config_of(voyage)).errors(20.0)
+    assert position.max() < 0.1
+    assert rms(velocity) < 0.03
+    assert math.degrees(rms(yaw)) < 0.3
+
+
+def sailed(voyage: Voyage, lag_s: float, each_s: float = 0.0) -> tuple[Passage, list[str]]:
+    """What the receiver says comes `lag_s` late, or is kept until the next full `each_s`."""
+    config, truth, texts = config_of(voyage), sail(voyage), []
+    estimator = Estimator(config, Parameters(), lambda now_s, kind, key, text: texts.append(text))
+    said = readings_of(voyage, truth, LocalFrame(config.home.lat_deg, config.home.lon_deg))
+    passage, kept = Passage(truth, [], []), list[tuple[float, Reading]]()
+    batch: list[Reading] = []
+    for k, row in enumerate(said):
+        t_s = k / IMU_HZ
+        arrives_s = math.ceil(t_s / each_s) * each_s if each_s else t_s + lag_s
+        batch += [r for r in row if isinstance(r, Imu)]
+        kept += [(arrives_s, r) for r in row if not isinstance(r, Imu)]
+        batch += [r for at_s, r in kept if at_s <= t_s + 1e-6]
+        kept = [(at_s, r) for at_s, r in kept if at_s > t_s + 1e-6]
+        if k % 10 == 0:
+            passage.states.append(estimator.update(batch, t_s))
+            passage.rows.append(k)
+            batch = []
+    return passage, texts
+
+
+def test_bursts_are_as_good_as_each_by_itself() -> None:
+    passage, _ = sailed(Voyage(speed_mps=2.0, radius_m=15.0, seed=722502), 0.0, each_s=1.0)
+    assert passage.errors(20.0)[0].max() < 0.1
+    assert rms(passage.errors(20.0)[2]) < 0.03
+
+
+def test_a_receiver_that_comes_late_is_not_told_to_be_wrong_by_its_times() -> None:
+    voyage = Voyage(speed_mps=2.0, radius_m=15.0, seed=722503)
+    _, texts = sailed(voyage, 0.3)
+    assert not [text for text in texts if "late" in text]
+
+
+def test_a_receiver_that_is_too_late_is_told() -> None:
+    passage, texts = sailed(Voyage(speed_mps=1.0, radius_m=15.0, seed=722504), 1.5)
+    assert [text for text in texts if "late" in text] == ["gnss comes 1.4 s late: not used"]
+    assert not passage.states[-1].position_valid
+    assert all(len(text) <= 50 for text in texts)
+    assert np.isfinite(passage.errors(0.0)[0]).all()
