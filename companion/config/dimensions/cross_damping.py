@@ -10,8 +10,8 @@ from companion.config.dimensions.form import GRAVITY_MPS2, WATER_KGPM3, Dimensio
 _SECOND_HULL = 0.6  # drag of the hull in the lee of the other, over that of one alone (cylinders in tandem, Hoerner)
 _ENDS_SWAY, _ENDS_YAW = 0.9, 0.85  # what strips at the ends with less draft leave of L T and of L⁴ T
 _LEAST_SWAY_MPS = 0.05  # speed below which drag is taken as linear: slow drift is laminar and wavy
-# Share of its draft that a hull draws at its transom, if it planes or has its jet there; RescueRunner's turning circle has it
-# so. N_r is what the section at the transom gives, ∝ T² (slender bodies: Faltinsen 2005, 10).
+# Share of its draft that a hull draws at its transom, if it planes or has its jet there; RescueRunner's turning circle
+# has it so. N_r is what the section at the transom gives, ∝ T² (slender bodies: Faltinsen 2005, 10).
 _TRANSOM_DRAFT = 0.5
 _YAW_TIME = 8.0  # of √(L/g): time constant of slow turns. Published models have 1.6 to 57.
 
@@ -51,8 +51,8 @@ def _lift(boat: Dimensions, by_transom: bool) -> tuple[float, float, float]:
 
 
 def figures(boat: Dimensions, m33_kgm2: float, by_transom: bool = False) -> tuple[Figure, ...]:
-    """All terms of sway and yaw. `m33_kgm2`: inertia in yaw, as derived or given. `by_transom`: it planes, or its jet lies
-    in a transom, where it draws little."""
+    """All terms of sway and yaw. `m33_kgm2`: inertia in yaw, as derived or given. `by_transom`: it planes, or its jet
+    lies in a transom, where it draws little."""
     y_vv, n_rr = sway_quadratic(boat), yaw_quadratic(boat)
     y_uv, n_uv, n_ur = _lift(boat, by_transom)
     strips = "strip theory; Faltinsen, Sea Loads (1990), 6"

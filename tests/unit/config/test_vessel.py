@@ -259,7 +259,7 @@ def test_a_jet_is_alone() -> None:
     """Two jets are told how to be one."""
     text = config.find("rescuerunner").read_text(encoding="utf-8")
     second = text[text.index("[[thruster]]") : text.index("[[sensor]]")].replace('"jet"\nkind', '"spare"\nkind')
-    with pytest.raises(ConfigError, match="must be the only thruster.*max_n the sum, y_m = 0"):
+    with pytest.raises(ConfigError, match=r"must be the only thruster.*max_n the sum, y_m = 0"):
         config.parse(
             text.replace("[[sensor]]", f"{second}[[sensor]]", 1).replace('["jet"]', '["jet", "spare"]'), "boat.toml"
         )
