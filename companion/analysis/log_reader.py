@@ -122,18 +122,30 @@ def parameters_of(log: SensorLog, warnings: list[str]) -> Parameters:
     return parameters
 
 
-def read_table(path: Path, columns: tuple[str, ...], warnings: list[str], optional: tuple[str, ...] = ()) -> Table:
+def read_table(
+    path: Path,
+    columns: tuple[str, ...],
+    warnings: list[str],
+    optional: tuple[str, ...] = (),
+    words: Mapping[str, list[str]] | None = None,
+) -> Table:
     """Columns of a CSV as floats; an empty cell is NaN. A row that cannot be read is omitted, with a warning.
-    `optional`: columns that older logs lack; they are NaN there.
+    `optional`: columns that older logs lack; they are NaN there. `words`: columns that are no numbers; their cells in
+    the rows that are not omitted are appended, empty ones for a column that the file lacks.
 
     Raises LogError for a file without these columns, OSError.
     """
     with path.open("rb") as file:
-        return _table_of(file, path, columns, warnings, optional)
+        return _table_of(file, path, columns, warnings, optional, words or {})
 
 
 def _table_of(
-    file: BinaryIO, path: Path, columns: tuple[str, ...], warnings: list[str], optional: tuple[str, ...]
+    file: BinaryIO,
+    path: Path,
+    columns: tuple[str, ...],
+    warnings: list[str],
+    optional: tuple[str, ...],
+    words: Mapping[str, list[str]],
 ) -> Table:
     table: Table = {name: array("d") for name in (*columns, *optional)}  # a fifth of what lists of floats take
     rows = csv.reader(_whole_lines(file, path, warnings))
@@ -143,6 +155,7 @@ def _table_of(
         raise LogError(f"{path}: no column {', '.join(missing)}")
     known = [name for name in (*columns, *optional) if name in header]
     places = [header.index(name) for name in known]
+    worded = [(cells, header.index(name) if name in header else None) for name, cells in words.items()]
     for number, row in enumerate(rows, start=2):
         try:
             values = [float(row[place] or "nan") for place in places]
@@ -155,6 +168,8 @@ def _table_of(
             continue
         for name, value in zip(known, values, strict=True):
             table[name].append(value)
+        for cells, column in worded:
+            cells.append("" if column is None else row[column])
     count = len(table["t_s"]) if "t_s" in table else 0
     return {name: values if name in known else array("d", [math.nan]) * count for name, values in table.items()}
 

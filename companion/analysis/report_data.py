@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import UnionType
 from typing import Any
 
 import numpy as np
@@ -95,10 +95,8 @@ def read_log(folder: Path) -> Recorded:
         *(f"{name}_ok" for name in devices),
     )  # fmt: skip
     try:
-        table = read_table(folder / "ticks.csv", columns, warnings, _LATER)
-        words = _words(
-            folder / "ticks.csv", len(table["t_s"]), ("mode", "failsafes", *(f"{n}_condition" for n in names))
-        )
+        words: dict[str, list[str]] = {name: [] for name in ("mode", "failsafes", *(f"{n}_condition" for n in names))}
+        table = read_table(folder / "ticks.csv", columns, warnings, _LATER, words)
     except OSError as error:
         raise LogError(f"{folder}: {error.strerror}: ticks.csv") from error
     if len(table["t_s"]) < 2:
@@ -120,19 +118,6 @@ def numbered(words: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
     return list(names), numbers
 
 
-def _words(path: Path, count: int, columns: Sequence[str]) -> dict[str, list[str]]:
-    """Columns of words; a row that is not whole repeats the one before."""
-    found: dict[str, list[str]] = {name: [] for name in columns}
-    with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        for row in itertools.islice(csv.DictReader(file), count):
-            for name, words in found.items():
-                word = row.get(name)
-                words.append(word if word is not None else (words[-1] if words else ""))
-    for words in found.values():
-        words += [words[-1] if words else ""] * (count - len(words))
-    return found
-
-
 def _add_places(ticks: dict[str, Array], log: Log) -> None:
     """Latitude and longitude of a log that lacks them, from home."""
     frame = LocalFrame(log.config.home.lat_deg, log.config.home.lon_deg)
@@ -146,7 +131,25 @@ def _result(folder: Path) -> Mapping[str, Any] | None:
         result: Any = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return result if isinstance(result, dict) else None
+    return result if is_result(result) else None
+
+
+_CHECK: Mapping[str, type[Any] | UnionType] = {
+    "name": str, "value": int | float, "limit": int | float, "unit": str, "at_least": bool, "ok": bool,
+}  # fmt: skip
+
+
+def is_result(found: Any) -> bool:
+    """Whether it is the result of a scenario, as its result.json has it."""
+    if not isinstance(found, dict) or not all(
+        isinstance(found.get(name) or {}, dict) for name in ("settings", "metrics")
+    ):
+        return False
+    checks = found.get("checks") or []
+    return isinstance(checks, list) and all(
+        isinstance(check, dict) and all(isinstance(check.get(key), kind) for key, kind in _CHECK.items())
+        for check in checks
+    )
 
 
 def _events(path: Path) -> list[LoggedEvent]:

@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from companion.analysis.compare import LogDifference, compare
+from companion.analysis.compare import LogDifference, compare, finite_time_s
 from companion.analysis.log_reader import Log, LogError
 from companion.app import Surroundings, build
 from companion.config.chart import ChartConfig, ChartError, read_chart
@@ -88,7 +88,7 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
     done = 0
     ticks = read_ticks(readings.path_in(log.folder), warnings)
     try:
-        for tick, (time_unix_ns, load) in _stamped(ticks, _stamps(log.folder)):
+        for tick, (time_unix_ns, load) in _stamped(ticks, _stamps(log.folder, warnings)):
             clock.time_ns = time_unix_ns
             vessel = build(log.config, around) if vessel is None else vessel
             bench.take(tick)
@@ -170,16 +170,26 @@ def _stamped(
             tick = next(ticks, None)
 
 
-def _stamps(folder: Path) -> Iterator[tuple[float, int, float]]:
+def _stamps(folder: Path, warnings: list[str]) -> Iterator[tuple[float, int, float]]:
     """(t_s, time_unix_ns, load) of each row of ticks.csv. The machine sets the latter two, so a replay takes them from
-    the log."""
+    the log. Where a row lacks one of these they go on from the row before, and without t_s it is omitted, both with a
+    warning."""
+    before: tuple[float, int, float] | None = None
     with (folder / "ticks.csv").open(encoding="utf-8", errors="replace", newline="\n") as file:
-        for row in csv.DictReader(line for line in file if line.endswith("\n")):
+        rows = csv.DictReader(line for line in file if line.endswith("\n"))
+        for number, row in enumerate(rows, start=2):
+            t_s = finite_time_s(row)
+            if t_s is None:
+                warnings.append(f"ticks.csv:{number}: row omitted: no time")
+                continue
             try:
-                stamp = float(row["t_s"]), int(row["time_unix_ns"]), float(row["load"])
+                before = t_s, int(row["time_unix_ns"]), float(row["load"])
             except (TypeError, ValueError):
-                return  # an incomplete row
-            yield stamp
+                if before is None:
+                    continue
+                warnings.append(f"ticks.csv:{number}: no time_unix_ns or load; both go on from the row before")
+                before = t_s, before[1] + round((t_s - before[0]) * 1e9), before[2]
+            yield before
 
 
 class _Clock:

@@ -15,6 +15,7 @@ from urllib.parse import quote
 import numpy as np
 
 from companion.analysis.log_reader import LogError
+from companion.analysis.report_data import is_result
 from companion.analysis.report_facts import plain
 from companion.analysis.report_page import document, figure
 from companion.analysis.svg_chart import COLOURS, nice_steps
@@ -45,6 +46,8 @@ def runs_in(folder: Path) -> list[Run]:
         try:
             result = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
+            continue
+        if not is_result(result):
             continue
         group = path.parent.parent.name if path.parent.parent != folder else str(result.get("scenario", "?"))
         runs.append(Run(path.parent, group, result))

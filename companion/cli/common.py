@@ -163,6 +163,12 @@ def judge_log_folder(folder: Path) -> None:
         raise no_log(folder, error) from error
 
 
+def judge_log_limit(limit_mb: int | None) -> None:
+    """Raises UsageError for a `--log-limit` under 1 MB."""
+    if limit_mb is not None and limit_mb < 1:
+        raise UsageError(f"--log-limit {limit_mb}: must be at least 1 MB")
+
+
 def judge_logs(logs: Path, sitl: bool) -> None:
     """Make the folder of the logs. A medium that is full or fails is said, and keeps no boat ashore, nor one adrift
     whose computer has just restarted. Raises UsageError as `judge_log_folder` for all else, and in simulation."""

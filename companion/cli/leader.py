@@ -15,6 +15,7 @@ from companion.cli.common import (
     complain,
     driven_clock,
     is_over,
+    judge_log_limit,
     judge_logs,
     new_folder,
 )
@@ -29,6 +30,7 @@ from companion.leader_module.app import LeaderSurroundings, build_leader, load_l
 from companion.leader_module.config import LeaderConfig, bundled_leaders
 from companion.leader_module.console import Console
 from companion.loop import run
+from companion.record.retention import keep_logs
 from companion.record.state_file import StateFile
 from companion.record.writer import ThreadWriter
 
@@ -48,12 +50,19 @@ def add_to(commands: Any) -> None:
     )
     leader.add_argument("--state", type=Path, metavar="DIR", help="folder of the signing key, for links that use one")
     leader.add_argument("--log", type=Path, metavar="DIR", help="folder in which the log folder is made")
+    leader.add_argument(
+        "--log-limit",
+        type=int,
+        metavar="MB",
+        help="delete the oldest log folders there while all together are larger",
+    )
     leader.add_argument("--duration", type=float, metavar="S", help="end after this long")
     add_clock_to(leader)
     leader.set_defaults(command=_leader)
 
 
 def _leader(arguments: argparse.Namespace) -> int:
+    judge_log_limit(arguments.log_limit)
     config = load_leader(arguments.config)
     clock = driven_clock(arguments.clock, time.time_ns()) if arguments.clock else WallClock()
     logs = boat_folder(config.name) / "logs" if arguments.log is None else arguments.log
@@ -69,6 +78,7 @@ def _leader(arguments: argparse.Namespace) -> int:
     print("keys:  m Manual, r Remote, a Autonomous; Ctrl-C ends it", flush=True)
     state = _state(config, arguments, links)
     console = Console()
+    retention = keep_logs(logs, arguments.log_limit, log_folder, complain)
     try:
         module = build_leader(
             config,
@@ -84,6 +94,8 @@ def _leader(arguments: argparse.Namespace) -> int:
         console.close()
         if state is not None:
             state.close()
+        if retention is not None:
+            retention.close()
     return 0
 
 

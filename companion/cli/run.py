@@ -21,6 +21,7 @@ from companion.cli.common import (
     boat_folder,
     complain,
     is_over,
+    judge_log_limit,
     judge_logs,
     judge_time,
     new_folder,
@@ -42,7 +43,7 @@ from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
 from companion.io.service_manager import service_manager
 from companion.loop import Punctuality, Vessel, run
-from companion.record.retention import Retention
+from companion.record.retention import keep_logs
 from companion.record.state_file import StateFile
 
 _STANDARD_OUTPUT = 1
@@ -106,8 +107,7 @@ def _run(arguments: argparse.Namespace) -> int:
     feed = add_feed(vessel, [link.name for link in links], state.directory)
     if (manager := service_manager(os.environ)) is not None:
         vessel.add_recorder(manager)
-    limit_mb = arguments.log_limit
-    retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
+    retention = keep_logs(logs, arguments.log_limit, log_folder, complain)
     names = [link.name for link in links]
     _print_banner(config, options, names, state, log_folder, model)
     print_warnings((*exposed_warnings(names), *refused, *vessel.supervisor.trial_duty.kept()))
@@ -185,8 +185,7 @@ def _run_until_stopped(
 def _check_arguments(arguments: argparse.Namespace) -> None:
     """Raises UsageError for values, and for combinations of options, that make no sense."""
     judge_time(arguments.speed, arguments.duration)
-    if arguments.log_limit is not None and arguments.log_limit < 1:
-        raise UsageError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
+    judge_log_limit(arguments.log_limit)
     if arguments.sitl and arguments.devices is not None:
         raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
     simulated = arguments.sitl or arguments.devices is not None

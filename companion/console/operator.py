@@ -32,7 +32,11 @@ _NUDGE = 31010  # its first parameter says what is asked, the others how much
 _AHEAD = 1.0  # that parameter of a nudge, which counts from where the hold point is
 _IN_PROGRESS = 5
 _WORDS = {1: "not now", 2: "denied", 3: "not supported", 4: "failed", 5: "still in progress", 6: "cancelled"}
-_SEE = "the boat does not answer: see whether it has moved before you nudge again"
+_RESTART = 246
+_TRIAL, _UNDO = 31014, 2.0  # the second parameter
+_NO_ANSWER = "the boat does not answer"
+_SEE = f"{_NO_ANSWER}: see what it has done before you ask again"
+_SEE_MOVED = f"{_NO_ANSWER}: see whether it has moved before you nudge again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,13 +193,14 @@ class OperatorLink:
 
             self._heard.append(heard)
             try:
-                tries = 1 if _adds_up(order) else _TRIES
+                see = _see_first(order)
+                tries = 1 if see else _TRIES
                 for _ in range(tries):
                     self._send(self._message(order))
                     with contextlib.suppress(asyncio.TimeoutError):
                         message = await asyncio.wait_for(asyncio.shield(answer), _LONGEST_S / tries)
                         return await self._conclude(order, message, texts)
-                return Answer(False, _SEE if tries == 1 else "the boat does not answer")
+                return Answer(False, see or _NO_ANSWER)
             finally:
                 self._heard.remove(heard)
 
@@ -225,9 +230,14 @@ class OperatorLink:
         return mavlink.MAVLink_command_long_message(boat, _BOAT_COMPONENT, order.number, 0, *seven)
 
 
-def _adds_up(order: Order) -> bool:
-    """Whether the boat goes twice as far where it is sent twice; so it is sent once, though its answer may be late."""
-    return isinstance(order, CommandOrder) and order.number == _NUDGE and order.params[0] == _AHEAD
+def _see_first(order: Order) -> str:
+    """What a person is told of an order that does something else each time it comes, so that it is sent once, though
+    its answer may be late: the boat would go twice as far, undo the model before too, or restart again. Else empty."""
+    if not isinstance(order, CommandOrder):
+        return ""
+    if order.number == _NUDGE and order.params[0] == _AHEAD:
+        return _SEE_MOVED
+    return _SEE if order.number == _RESTART or (order.number == _TRIAL and order.params[1] == _UNDO) else ""
 
 
 def _answers(message: Any, order: Order) -> bool:

@@ -98,3 +98,8 @@ class Retention:
                 )
             if self._stop.wait(_PERIOD_S):
                 return
+
+
+def keep_logs(directory: Path, limit_mb: int | None, current: Path, warn: Callable[[str], None]) -> Retention | None:
+    """The Retention of `--log-limit`; None without a limit."""
+    return None if limit_mb is None else Retention(directory, limit_mb * 1_000_000, current, warn)

@@ -338,6 +338,37 @@ def test_a_run_whose_files_a_power_cut_left_of_other_lengths_is_the_same_as_far_
     assert ("ticks at the end are not done again: the log has lost their inputs" in said) is (name == "log.mcap")
 
 
+@pytest.mark.parametrize(("column", "differing"), [("load", 1), ("time_unix_ns", 1)])
+def test_a_row_that_lacks_a_value_does_not_end_the_run(
+    recorded: Path, tmp_path: Path, column: str, differing: int
+) -> None:
+    """What came after it was not done again, for its inputs were lost, it said."""
+    log = with_empty_cell(recorded, tmp_path, column)
+    result = rerun(open_log(log), tmp_path / "again")
+    assert result.warnings == ["ticks.csv:51: no time_unix_ns or load; both go on from the row before"]
+    assert result.lost_ticks == 0 and result.differing == differing and result.within(1e-9)
+
+
+def test_a_row_without_a_time_does_not_end_the_run(recorded: Path, tmp_path: Path) -> None:
+    log = with_empty_cell(recorded, tmp_path, "t_s")
+    result = rerun(open_log(log), tmp_path / "again")
+    assert result.warnings == ["ticks.csv:51: row omitted: no time"]
+    assert result.lost_ticks == result.missing_ticks == 0
+    rows = len((log / "ticks.csv").read_text().splitlines()) - 1
+    assert result.ticks == rows - 1
+
+
+def with_empty_cell(recorded: Path, folder: Path, column: str) -> Path:
+    """A copy of the log without the value of `column` in line 51 of ticks.csv."""
+    log = copied(recorded, folder)
+    lines = (log / "ticks.csv").read_text().split("\n")
+    cells = lines[50].split(",")
+    cells[lines[0].split(",").index(column)] = ""
+    lines[50] = ",".join(cells)
+    (log / "ticks.csv").write_text("\n".join(lines))
+    return log
+
+
 def test_a_log_of_the_replay_that_stopped_is_not_the_same(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,11 +16,13 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
+from companion.analysis.log_reader import LogError
 from companion.analysis.report import Packets, _chart, _frame, write_report
 from companion.analysis.report_data import read_log
 from companion.analysis.report_facts import Level, distance_m, errors_by_mode, verdicts
 from companion.analysis.svg_chart import Frame, Series, chart, clock, nice_steps, stretches, thinned
 from companion.analysis.svg_map import _Labels
+from companion.analysis.table_page import write_table
 from companion.cli.main import main
 from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
@@ -352,6 +354,34 @@ def test_a_row_without_time_and_a_result_that_is_none_cost_no_page(sailed: Path,
     assert "ticks.csv:51: row omitted: no time" in write_report(folder, tmp_path / "page.html")
     recorded = read_log(folder)
     assert recorded.result is None and len(recorded.t_s) == len(lines) - 3
+
+
+def test_the_words_of_a_row_are_its_own_whichever_rows_are_omitted(sailed: Path, tmp_path: Path) -> None:
+    """Modes and failsafes came one row too early after each row that was omitted."""
+    folder = shutil.copytree(sailed, tmp_path / "log")
+    lines = (folder / "ticks.csv").read_text().split("\n")
+    names = lines[0].split(",")
+    for number, name in ((20, "t_s"), (30, "surge_mps"), (40, "load")):
+        cells = lines[number].split(",")
+        cells[names.index(name)] = "" if name == "t_s" else "?"
+        lines[number] = ",".join(cells)
+    (folder / "ticks.csv").write_text("\n".join(lines))
+    recorded, before = read_log(folder), read_log(sailed)
+    kept = [n for n in range(len(before.t_s)) if n not in (19, 29, 39)]
+    assert list(recorded.t_s) == list(before.t_s[kept])
+    for name, words in before.words.items():
+        assert recorded.words[name] == [words[n] for n in kept], name
+
+
+@pytest.mark.parametrize("result", [{"checks": [1]}, {"checks": 1}, {"checks": [{"name": "a"}]}, {"metrics": [1]}, [1]])
+def test_a_result_that_is_damaged_costs_no_page(sailed: Path, tmp_path: Path, result: object) -> None:
+    """It ended in a TypeError."""
+    folder = shutil.copytree(sailed, tmp_path / "runs" / "log")
+    (folder / "result.json").write_text(json.dumps(result))
+    write_report(folder, tmp_path / "page.html")
+    assert read_log(folder).result is None
+    with pytest.raises(LogError, match="neither a log nor"):
+        write_table(tmp_path / "runs", tmp_path / "table.html")
 
 
 def test_waypoints_have_the_plans_numbers_and_no_label_covers_another() -> None:

@@ -97,12 +97,16 @@ def test_an_order_that_waited_too_long_behind_others_is_not_sent() -> None:
         (CommandOrder(31010, (1.0, 1.0, 0.0, 0.0)), 1, "the boat does not answer: see whether it has moved"),
         (CommandOrder(31010, (2.0, 90.0)), 2, "the boat does not answer"),
         (CommandOrder(192, (-1.0, 1.0)), 2, "the boat does not answer"),
+        (CommandOrder(31014, (0.0, 1.0)), 2, "the boat does not answer"),
+        (CommandOrder(31014, (0.0, 2.0)), 1, "the boat does not answer: see what it has done"),
+        (CommandOrder(246, (1.0,)), 1, "the boat does not answer: see what it has done"),
     ],
 )
-def test_a_nudge_whose_answer_is_late_is_not_sent_again(
+def test_what_would_do_more_the_second_time_is_not_sent_again(
     order: CommandOrder, times: int, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The boat went 2 m where 1 m was asked for: it takes a repetition after 2 s for another nudge."""
+    """The boat went 2 m where 1 m was asked for: it takes a repetition after 2 s for another nudge. Of two accepted
+    models it undid both, and it restarted twice."""
     monkeypatch.setattr(operator, "_LONGEST_S", 0.1)
     heard: list[int] = []
 
