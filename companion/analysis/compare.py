@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from companion.analysis.log_reader import seconds
 from companion.core.angles import wrap_pi
 
 _GROUPS = (
@@ -138,17 +139,8 @@ def _rows(path: Path) -> Iterator[dict[str, str]]:
     """Whole rows with a time; an incomplete last one is omitted."""
     with path.open(encoding="utf-8", errors="replace", newline="\n") as file:
         for row in csv.DictReader(line for line in file if line.endswith("\n")):
-            if None not in row.values() and finite_time_s(row) is not None:
+            if None not in row.values() and seconds(row.get("t_s")) is not None:
                 yield row
-
-
-def finite_time_s(row: Mapping[str, str]) -> float | None:
-    """The `t_s` of a row of a log; None where it is no number."""
-    try:
-        t_s = float(row["t_s"])
-    except (TypeError, ValueError):
-        return None
-    return t_s if math.isfinite(t_s) else None
 
 
 def _first_event(recorded: Path, again: Path, until_s: float) -> str:

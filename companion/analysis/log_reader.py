@@ -139,6 +139,15 @@ def read_table(
         return _table_of(file, path, columns, warnings, optional, words or {})
 
 
+def seconds(cell: str | None) -> float | None:
+    """A time in a row of a log; None for what is no finite number."""
+    try:
+        t_s = float(cell or "")
+    except ValueError:
+        return None
+    return t_s if math.isfinite(t_s) else None
+
+
 def _table_of(
     file: BinaryIO,
     path: Path,

@@ -21,8 +21,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from companion.analysis.compare import LogDifference, compare, finite_time_s
-from companion.analysis.log_reader import Log, LogError
+from companion.analysis.compare import LogDifference, compare
+from companion.analysis.log_reader import Log, LogError, seconds
 from companion.app import Surroundings, build
 from companion.config.chart import ChartConfig, ChartError, read_chart
 from companion.config.vessel import VesselConfig
@@ -178,7 +178,7 @@ def _stamps(folder: Path, warnings: list[str]) -> Iterator[tuple[float, int, flo
     with (folder / "ticks.csv").open(encoding="utf-8", errors="replace", newline="\n") as file:
         rows = csv.DictReader(line for line in file if line.endswith("\n"))
         for number, row in enumerate(rows, start=2):
-            t_s = finite_time_s(row)
+            t_s = seconds(row.get("t_s"))
             if t_s is None:
                 warnings.append(f"ticks.csv:{number}: row omitted: no time")
                 continue

@@ -13,6 +13,8 @@ from companion.config.fields import STRICT, NonNegative, Positive, derived, mean
 
 _GRAVITY_MPS2 = 9.81
 _AXES = {"x_u": "surge", "y_v": "sway", "n_r": "yaw"}
+AT_HULL_SHARE = 0.8
+"""Of the wind's force by the wind at the mast, which is stronger than at the hull."""
 AIR_KGPM3 = 1.225  # density at 15 °C and sea level, for which the factors of `WindageConfig` are
 
 
@@ -179,19 +181,24 @@ def resistance_problems(hull: HullConfig, place: tuple[str | int, ...]) -> list[
     return [((*place, "resistance"), text)]
 
 
-def damping_problems(hull: HullConfig, length_m: float) -> list[tuple[tuple[str | int, ...], str]]:
-    """Damping that drives the boat on at half its hull speed, or as it turns or slides at a usual rate: with the signs
-    of Fossen's derivatives, which are negative."""
+def usual_damping(hull: HullConfig, length_m: float) -> tuple[float, dict[str, float]]:
+    """Half the hull speed in m/s, and by key what resists there without the terms with the speed ahead: drag in N; of a
+    boat that slides or turns at a usual rate, force and moment over that rate."""
     d = hull.damping
     ahead_mps = 0.5 * math.sqrt(_GRAVITY_MPS2 * length_m / math.tau)
-    resisting = {
+    return ahead_mps, {
         "x_u": hull.drag_n(ahead_mps),
         "y_v": d.y_v + d.y_vv * 0.5 * ahead_mps,
         "n_r": d.n_r + d.n_rr * ahead_mps / length_m,
     }
+
+
+def damping_problems(hull: HullConfig, length_m: float) -> list[tuple[tuple[str | int, ...], str]]:
+    """Damping that drives the boat on in its usual motion: with the signs of Fossen's derivatives, which are
+    negative."""
     return [
         (("hull", "damping", key), f"the damping of {_AXES[key]} drives the boat on: positive is what resists")
-        for key, value in resisting.items()
+        for key, value in usual_damping(hull, length_m)[1].items()
         if value < 0.0
     ]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.motors import find
-from companion.config.hull import humps
+from companion.config.hull import humps, usual_damping
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
 from companion.config.sensors import SENSORS
@@ -71,10 +71,9 @@ def _damping(config: VesselConfig) -> Iterator[Judgement]:
 def _driven_on(config: VesselConfig) -> Iterator[Judgement]:
     """Terms with the speed ahead that outweigh the others at half the hull speed, as the boat slides or turns."""
     d = config.hull.damping
-    ahead_mps = 0.5 * math.sqrt(GRAVITY_MPS2 * config.length_m / math.tau)
-    slides, turns = d.y_v + d.y_vv * 0.5 * ahead_mps, d.n_r + d.n_rr * ahead_mps / config.length_m
-    for key, factor, rest, axis in (("y_uv", d.y_uv, slides, "sway"), ("n_ur", d.n_ur, turns, "yaw")):
-        if factor * ahead_mps + rest < 0.0 <= rest:
+    ahead_mps, others = usual_damping(config.hull, config.length_m)
+    for key, factor, other, axis in (("y_uv", d.y_uv, "y_v", "sway"), ("n_ur", d.n_ur, "n_r", "yaw")):
+        if factor * ahead_mps + others[other] < 0.0 <= others[other]:
             yield Judgement(
                 ("hull", "damping", key),
                 f"{key} = {factor:g}: at {ahead_mps:.1f} m/s the damping of {axis} drives the boat on",

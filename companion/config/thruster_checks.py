@@ -54,14 +54,9 @@ def _sector_problems(thruster: ThrusterConfig) -> list[str]:
     return problems
 
 
-_TWINS = ". Jets side by side are one: max_n the sum, y_m = 0, and both driven by the same outputs"
-
-
-def _all_alike(thrusters: Sequence[ThrusterConfig]) -> bool:
-    return all(thruster.kind == "jet" for thruster in thrusters)
-
-
 # --- jets ----------------------------------------------------------------------------------------------------------
+
+_TWINS = ". Jets side by side are one: max_n the sum, y_m = 0, and both driven by the same outputs"
 
 
 def jet_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[Problem]:
@@ -75,7 +70,8 @@ def jet_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[Pro
             continue
         problems += [(("thruster", i, key), text) for key, text in _of_jet(thruster)]
         if len(thrusters) > 1:
-            text = "a jet must be the only thruster: leave out the others" + (_TWINS if _all_alike(thrusters) else "")
+            twins = all(other.kind == "jet" for other in thrusters)
+            text = "a jet must be the only thruster: leave out the others" + (_TWINS if twins else "")
             problems.append((("thruster", i, "kind"), text))
         if sway_n > 0.0:
             problems.append((("limits", "sway_n"), "a boat driven by a jet cannot push itself sideways: should be 0"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import csv
-import math
 import time
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.analysis.log_chart import chart_of_log
-from companion.analysis.log_reader import LogError, open_log
+from companion.analysis.log_reader import LogError, open_log, seconds
 from companion.analysis.polar import polar
 from companion.config.vessel import as_dict
 from companion.console.board import Message, Page, text_of
@@ -234,20 +233,11 @@ def _rows(path: Path) -> tuple[list[str], list[float], list[bytes]]:
     place, times_s, kept = columns.index("t_s"), [], []
     for line in lines[1:]:
         cells = _cells(line)
-        t_s = _time(cells[place]) if len(cells) == len(columns) else None
+        t_s = seconds(cells[place]) if len(cells) == len(columns) else None
         if t_s is not None:
             times_s.append(t_s)
             kept.append(line)
     return columns, times_s, kept
-
-
-def _time(cell: str | None) -> float | None:
-    """Seconds; None for what is no finite number."""
-    try:
-        t_s = float(cell or "")
-    except ValueError:
-        return None
-    return t_s if math.isfinite(t_s) else None
 
 
 def _events(path: Path) -> list[dict[str, Any]]:
@@ -257,7 +247,7 @@ def _events(path: Path) -> list[dict[str, Any]]:
     except OSError:
         return []
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
-    timed = ((row, _time(row.get("t_s"))) for row in csv.DictReader(lines))
+    timed = ((row, seconds(row.get("t_s"))) for row in csv.DictReader(lines))
     return [
         {"kind": "event", **{name: row.get(name) or "" for name in _EVENT}, "t_s": t_s}
         for row, t_s in timed

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-from companion.config.hull import WindageConfig
+from companion.config.hull import AT_HULL_SHARE, WindageConfig
 from companion.core.estimate import Air, NavState, air_over_ground
-
-_COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
 
 
 class SlowWind:
@@ -55,4 +53,4 @@ def force_of_air(
     yaw_rad = nav.yaw_rad + turned_rad
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     x, y = c * air[0] + s * air[1] - nav.surge_mps, c * air[1] - s * air[0] - nav.sway_mps
-    return windage.force(x, y, length_m, _COUNTERED)
+    return windage.force(x, y, length_m, AT_HULL_SHARE)

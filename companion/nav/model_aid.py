@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+from companion.config.hull import AT_HULL_SHARE
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
@@ -20,7 +21,6 @@ from companion.params.store import Parameters
 _TOP_SPEEDS, _PUSHED_MPS = 2.0, 5.0  # a boat is slower than that many times its top speed, and what current and sea add
 _FASTEST_MPS = 60.0  # where no hull model tells the top speed
 _CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
-_AT_HULL = 0.8  # share of the wind's force by the mast's wind, which is stronger; as positioning counters it
 _AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
 
 
@@ -83,7 +83,7 @@ class ModelAid:
             return None
         north_mps, east_mps = air[0] - motion.velocity[0], air[1] - motion.velocity[1]
         x_mps, y_mps = ned_to_body(north_mps, east_mps, motion.attitude[2])
-        return Wrench(*vessel.windage.force(x_mps, y_mps, vessel.length_m, _AT_HULL))
+        return Wrench(*vessel.windage.force(x_mps, y_mps, vessel.length_m, AT_HULL_SHARE))
 
 
 def _impossible_mps(vessel: VesselConfig | None) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from companion.core.decision import Outcome
 from companion.io.mavlink.commands.request import Answer, CommandRequest, denied, is_place
 from companion.supervisor.supervisor import Supervisor
@@ -22,7 +20,7 @@ def land(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     param6: Longitude.
     """
     lat_deg, lon_deg = request.place
-    if not request.frame_is_global or (math.isnan(lat_deg) and math.isnan(lon_deg)) or (lat_deg, lon_deg) == (0.0, 0.0):
+    if not request.frame_is_global or request.names_no_place:
         return supervisor.landing.land(None, request.now_s)
     if not is_place(lat_deg, lon_deg):
         return denied("land: no such place (params 5 and 6)")

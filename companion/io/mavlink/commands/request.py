@@ -59,6 +59,12 @@ class CommandRequest:
         return (math.nan if x == _INT32_MAX else x * 1e-7), (math.nan if y == _INT32_MAX else y * 1e-7)
 
     @property
+    def names_no_place(self) -> bool:
+        """Whether the position was left out: programs send NaN or 0 in both its params then."""
+        lat_deg, lon_deg = self.place
+        return (math.isnan(lat_deg) and math.isnan(lon_deg)) or (lat_deg, lon_deg) == (0.0, 0.0)
+
+    @property
     def key(self) -> bytes:
         """Equal for a command and its retransmission."""
         return _KEY.pack(self.command, *self.params) + bytes((0xFF if self.frame is None else self.frame,))

@@ -192,12 +192,11 @@ class VesselCommands:
         """
         if not request.frame_is_global:
             return denied(f"frame {request.frame} is not a global one")
-        lat_deg, lon_deg = request.place
-        if (math.isnan(lat_deg) and math.isnan(lon_deg)) or (lat_deg, lon_deg) == (0.0, 0.0):
+        if request.names_no_place:
             return self._supervisor.hold_here(request.now_s)
-        if not is_place(lat_deg, lon_deg):
+        if not is_place(*request.place):
             return denied("no such place")
-        return self._supervisor.go_to(lat_deg, lon_deg, None, None, request.now_s)
+        return self._supervisor.go_to(*request.place, None, None, request.now_s)
 
     def _pause_continue(self, request: CommandRequest) -> Outcome | Answer:
         """Pause or continue a mission.
