@@ -12,7 +12,7 @@ from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check, Track, between, read_truth
+from sitl.scenarios.measure import Check, Track, between, read_truth, receiver_error_m
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 
 _FREE_TURN_S = 240.0  # a free heading has so long to find the weather
@@ -64,7 +64,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         )
         / hours,
     }
-    circle_m = max(_LEAST_CIRCLE_M, econ_m)
+    circle_m = max(_LEAST_CIRCLE_M, econ_m) + receiver_error_m(settings["gnss"])
     heading = () if free else (Check("heading, largest", max(turned), _HEADING_DEG, "deg"),)
     return metrics, (Check("position, largest", metrics["radius_max_m"], circle_m, "m"), *heading)
 

@@ -10,10 +10,17 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.rig import Rig
 
+BACK_S = 60.0
+"""What a boat may take, beside the usual time to settle, to come back from where weather drove it before it was armed.
+Then it is judged wherever it is."""
+
 _HEARTBEAT_PERIOD_S = 1.0
+_LOOK_S = 1.0
+_THERE_LENGTHS, _THERE_M, _THERE_RAD = 0.1, 0.2, math.radians(3.0)  # off by no more, a boat is at its point
 _MARKS = {0xFD: 12, 0xFE: 8}  # what MAVLink 2 and 1 packets begin with, and their length without the payload
 _SIGNED, _SIGNATURE_BYTES = 1, 13
 _IDS = {kind.msgname: number for number, kind in mavlink.mavlink_map.items()}
@@ -199,14 +206,25 @@ class GroundStation:
         self.wait(name, lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
         return float(self.last["PARAM_VALUE"].param_value)
 
-    def hold_at_home(self, settle_s: float) -> None:
-        """Arm in Hold, go to home with the heading of the start, and settle."""
+    def hold_at_home(self, settle_s: float, back_s: float = 0.0) -> None:
+        """Arm in Hold, go to home with the heading of the start, and settle: weather has driven the boat off while it
+        was not armed yet, so it has up to `back_s` more until it says that it is there."""
         home = self.rig.config.home
         self.ready()
         self.set_mode(0x03040000)
         self.arm()
         self.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
         self.sail(settle_s)
+        latest_s = self.rig.now_s + back_s
+        while self.rig.now_s < latest_s and not self._is_home():
+            self.sail(_LOOK_S)
+
+    def _is_home(self) -> bool:
+        """Whether the boat says that it lies at home with the heading of the start."""
+        home, there = self.rig.config.home, self.last["GLOBAL_POSITION_INT"]
+        off_m = math.hypot(*LocalFrame(home.lat_deg, home.lon_deg).to_ned(there.lat * 1.0e-7, there.lon * 1.0e-7))
+        turned_rad = abs(wrap_pi(math.radians(0.01 * there.hdg) - home.yaw_rad))
+        return off_m <= max(_THERE_M, _THERE_LENGTHS * self.rig.config.length_m) and turned_rad <= _THERE_RAD
 
     def reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> None:
         """Go to a point and hold it with that heading. COMMAND_INT, so that the point is exact to a centimetre."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from companion.core.angles import wrap_pi
 from sitl.scenarios.boat import sideways
-from sitl.scenarios.ground_station import GroundStation
+from sitl.scenarios.ground_station import BACK_S, GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth, receiver_error_m, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
 
@@ -20,7 +20,7 @@ _LIMIT_M = 0.15
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home with the heading of the start. A command sets the point, so that the metrics include errors of the
     estimate."""
-    gcs.hold_at_home(_SETTLE_S)
+    gcs.hold_at_home(_SETTLE_S, BACK_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))
     return {"from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": gcs.rig.config.home.yaw_rad}

@@ -13,7 +13,7 @@ from sitl.faults import known
 from sitl.scenarios import positioning_plot
 from sitl.scenarios.boat import heading_error_deg, sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
-from sitl.scenarios.ground_station import GroundStation
+from sitl.scenarios.ground_station import BACK_S, GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_events, receiver_error_m, rms
 from sitl.scenarios.positioning import figures, read
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -34,7 +34,7 @@ def _asked(gcs: GroundStation, from_s: float, **more: float | bool) -> dict[str,
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Hold at home. A command sets the point, so that the metrics include errors of the estimate."""
-    gcs.hold_at_home(SETTLE_S)
+    gcs.hold_at_home(SETTLE_S, BACK_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))
     return _asked(gcs, from_s)
@@ -53,7 +53,7 @@ def sail_with_failure(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         raise ScenarioError(
             f"thruster={settings['thruster']} failure={settings['failure']}: no such fault; there is {names}"
         )
-    gcs.hold_at_home(SETTLE_S)
+    gcs.hold_at_home(SETTLE_S, BACK_S)
     from_s = gcs.rig.now_s
     gcs.sail(_DIES_S)
     gcs.rig.world.add_fault(fault, _DEAD_S)

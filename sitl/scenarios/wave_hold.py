@@ -13,7 +13,7 @@ from companion.core.angles import wrap_pi
 from sitl.gusts import parse_wind
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
-from sitl.scenarios.ground_station import GroundStation
+from sitl.scenarios.ground_station import BACK_S, GroundStation
 from sitl.scenarios.measure import Check, Track, between, distance_to, means, read_truth, rms
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -24,7 +24,6 @@ _LOOK_S = 1.0
 _MEAN_S = 10.0  # motion slower than that is the controller's affair
 _LOST_LENGTHS = 1.0  # distance in boat lengths beyond which the place counts as lost
 _THERE_LENGTHS = 0.5  # so near must the boat be before it is judged
-_BACK_S = 60.0  # beside the usual time to settle; then it is judged wherever it is
 
 
 def _from_rad(settings: Settings) -> float:
@@ -73,7 +72,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     gcs.reposition(config.home.lat_deg, config.home.lon_deg, yaw_rad)
     begin_s = gcs.rig.now_s
     gcs.sail(SETTLE_S)
-    while _off_m(gcs) > _THERE_LENGTHS * config.length_m and gcs.rig.now_s < begin_s + SETTLE_S + _BACK_S:
+    while _off_m(gcs) > _THERE_LENGTHS * config.length_m and gcs.rig.now_s < begin_s + SETTLE_S + BACK_S:
         gcs.sail(_LOOK_S)
     from_s = gcs.rig.now_s
     gcs.sail(number(settings, "time"))

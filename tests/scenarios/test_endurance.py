@@ -8,6 +8,7 @@ import pytest
 
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.measure import receiver_error_m
 from sitl.scenarios.scenario import run
 
 
@@ -38,3 +39,14 @@ def test_a_free_heading_saves_energy(tmp_path: Path, vessel: str) -> None:
     held = sail(tmp_path / "held", 4, vessel, econ="0", time="300", wind="4@90", current="")
     free = sail(tmp_path / "free", 4, vessel, econ="0", time="300", wind="4@90", current="", heading="free")
     assert free["power_percent"] < 0.4 * held["power_percent"]
+
+
+def test_the_circle_allows_for_the_slow_error_of_a_receiver_without_corrections(tmp_path: Path) -> None:
+    limits = {}
+    for gnss in ("rtk", "sbas"):
+        outcome = run(
+            SCENARIOS["endurance"], LockstepRig, tmp_path / gnss, seed=1, vessel="revolt",
+            changes={"time": "1", "wind": "1", "gnss": gnss},
+        )  # fmt: skip
+        limits[gnss] = outcome.checks[0].limit
+    assert limits["sbas"] == limits["rtk"] + receiver_error_m("sbas")

@@ -78,6 +78,13 @@ def test_station_keeping(tmp_path: Path, seed: int) -> None:
     sail("station_keeping", tmp_path, seed, time="100")
 
 
+def test_station_keeping_is_judged_once_the_boat_is_back_from_where_wind_drove_it_unarmed(tmp_path: Path) -> None:
+    """8 m/s took it 4.8 m off and turned it by 43° before it was armed. 30 s later it was still on its way."""
+    weather = {"wind": "8.1@259", "current": "0.22@122"}
+    metrics = sail("station_keeping", tmp_path, 724418, "aboat", time="30", **weather)
+    assert metrics["position_max_m"] < 1.5
+
+
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", ["station_keeping", "thruster_failure"])
