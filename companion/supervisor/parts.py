@@ -66,7 +66,8 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 class SupervisorParts:
     """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches
-    `achieved` and `demanded`, indices of `failed` thrusters, and how many `choices` people have made."""
+    `achieved` and `demanded`, indices of `failed` thrusters, and how many `choices` people have made, `go_tos` in Hold
+    among them."""
 
     def __init__(
         self,
@@ -85,6 +86,7 @@ class SupervisorParts:
         self.inputs = Inputs()
         self.health: Sequence[DeviceHealth] = ()
         self.achieved, self.demanded, self.steers_late_s, self.choices = ZERO_WRENCH, ZERO_WRENCH, 0.0, 0
+        self.go_tos = 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic, self.distress = TrafficTracker(config.mmsi), DistressWatch(events.say)
