@@ -82,11 +82,10 @@ class SupervisorParts:
         """`frame_of()`: the local plane of the estimate. `choose(mode, now_s, cause)`: a person's choice of a mode."""
         self.config, self.parameters, self.executor, self.events = config, parameters, executor, events
         self.frame_of = frame_of
-        self.nav = NO_ESTIMATE
-        self.inputs = Inputs()
+        self.nav, self.inputs = NO_ESTIMATE, Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved, self.demanded, self.steers_late_s, self.choices = ZERO_WRENCH, ZERO_WRENCH, 0.0, 0
-        self.go_tos = 0
+        self.achieved, self.demanded, self.steers_late_s = ZERO_WRENCH, ZERO_WRENCH, 0.0
+        self.choices, self.go_tos = 0, 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic, self.distress = TrafficTracker(config.mmsi), DistressWatch(events.say)
