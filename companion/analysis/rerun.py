@@ -172,9 +172,10 @@ def _stamped(
 
 def _stamps(folder: Path, warnings: list[str]) -> Iterator[tuple[float, int, float]]:
     """(t_s, time_unix_ns, load) of each row of ticks.csv. The machine sets the latter two, so a replay takes them from
-    the log. Where a row lacks one of these they go on from the row before, and without t_s it is omitted, both with a
-    warning."""
+    the log. Where a row lacks one of these they go on from the row before, and before the first whole row go back from
+    that; without t_s a row is omitted. All with a warning."""
     before: tuple[float, int, float] | None = None
+    early: list[tuple[int, float]] = []  # number and t_s of rows before the first whole one
     with (folder / "ticks.csv").open(encoding="utf-8", errors="replace", newline="\n") as file:
         rows = csv.DictReader(line for line in file if line.endswith("\n"))
         for number, row in enumerate(rows, start=2):
@@ -183,13 +184,24 @@ def _stamps(folder: Path, warnings: list[str]) -> Iterator[tuple[float, int, flo
                 warnings.append(f"ticks.csv:{number}: row omitted: no time")
                 continue
             try:
-                before = t_s, int(row["time_unix_ns"]), float(row["load"])
+                whole = t_s, int(row["time_unix_ns"]), float(row["load"])
             except (TypeError, ValueError):
                 if before is None:
+                    early.append((number, t_s))
                     continue
                 warnings.append(f"ticks.csv:{number}: no time_unix_ns or load; both go on from the row before")
-                before = t_s, before[1] + round((t_s - before[0]) * 1e9), before[2]
-            yield before
+                whole = _at(t_s, before)
+            for early_number, early_s in early:
+                warnings.append(f"ticks.csv:{early_number}: no time_unix_ns or load; both go back from row {number}")
+                yield _at(early_s, whole)
+            early.clear()
+            before = whole
+            yield whole
+
+
+def _at(t_s: float, row: tuple[float, int, float]) -> tuple[float, int, float]:
+    """Another row at `t_s`, by the values of `row`."""
+    return t_s, row[1] + round((t_s - row[0]) * 1e9), row[2]
 
 
 class _Clock:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,8 +26,9 @@ from companion.io.known_time import KnownTime, host_synchronised
 from companion.io.mavlink.wire.links import Link, open_links
 from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
 from companion.io.mavlink.wire.stream_memory import SharedStreamMemory
+from companion.io.service_manager import ServiceManager, service_manager
 from companion.io.transport.opener import TransportOpener
-from companion.leader_module.app import LeaderSurroundings, build_leader, load_leader
+from companion.leader_module.app import Display, LeaderSurroundings, build_leader, load_leader
 from companion.leader_module.config import LeaderConfig, bundled_leaders
 from companion.leader_module.console import Console
 from companion.loop import run
@@ -78,12 +80,14 @@ def _leader(arguments: argparse.Namespace) -> int:
     print("keys:  m Manual, r Remote, a Autonomous; Ctrl-C ends it", flush=True)
     state = _state(config, arguments, links)
     console = Console()
+    manager = service_manager(os.environ)
+    display = console if manager is None else Reporting(console, manager)
     retention = keep_logs(logs, arguments.log_limit, log_folder, complain)
     try:
         module = build_leader(
             config,
             LeaderSurroundings(
-                clock, TransportOpener(), towards, local, console, log_folder, True, signing=_signing(state, clock)
+                clock, TransportOpener(), towards, local, display, log_folder, True, signing=_signing(state, clock)
             ),
         )
         try:
@@ -92,11 +96,38 @@ def _leader(arguments: argparse.Namespace) -> int:
             module.close()
     finally:
         console.close()
+        if manager is not None:
+            manager.close()
         if state is not None:
             state.close()
         if retention is not None:
             retention.close()
     return 0
+
+
+class Reporting:
+    """A display whose status line is the module's sign of life to systemd, too."""
+
+    def __init__(self, display: Display, manager: ServiceManager) -> None:
+        self._display = display
+        self._manager = manager
+
+    def fileno(self) -> int | None:
+        """See `Display`."""
+        return self._display.fileno()
+
+    def typed(self) -> str:
+        """See `Display`."""
+        return self._display.typed()
+
+    def show(self, line: str, now_s: float) -> None:
+        """See `Display`."""
+        self._manager.alive(now_s, line)
+        self._display.show(line, now_s)
+
+    def say(self, text: str) -> None:
+        """See `Display`."""
+        self._display.say(text)
 
 
 def _state(config: LeaderConfig, arguments: argparse.Namespace, links: Sequence[Link]) -> StateFile | None:

@@ -1,4 +1,5 @@
-"""`companion service install | status | remove`: the companion as a systemd service on a boat's computer."""
+"""`companion service install | status | remove`: the companion, or a leader module, as a systemd service on a boat's
+computer."""
 
 from __future__ import annotations
 
@@ -21,6 +22,8 @@ from companion.cli.realtime import CONTROL
 from companion.config.vessel import VesselConfig, find
 from companion.io.mavlink.wire.links import judge_url
 from companion.io.transport.urls import parse_url
+from companion.leader_module.app import load_leader
+from companion.leader_module.config import LeaderConfig, find_leader
 
 UNIT = "usv-companion.service"
 _USER = "usv"
@@ -53,11 +56,12 @@ class ServiceError(UsageError):
 
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
-    service = commands.add_parser("service", help="have systemd run a vessel whenever its computer starts")
+    service = commands.add_parser("service", help="have systemd run a vessel, or a leader module, with its computer")
     verbs = service.add_subparsers(required=True, metavar="install | status | remove")
     install = verbs.add_parser("install", help="write the unit, its user and the names of its devices, and start it")
-    install.add_argument("vessel", metavar="VESSEL")
-    install.add_argument("--link", action="append", default=[], metavar="URL", help="replaces the vessel's links")
+    install.add_argument("vessel", metavar="VESSEL", help="or with --leader the CONFIG of a leader module")
+    install.add_argument("--leader", action="store_true", help="run `companion leader`, the module on a lead boat")
+    install.add_argument("--link", action="append", default=[], metavar="URL", help="replaces the links of the file")
     install.add_argument(
         "--log-limit", type=int, default=4000, metavar="MB", help="delete the oldest logs beyond it (default 4000)"
     )
@@ -91,22 +95,32 @@ class UsbDevice:
     serial: str | None
 
 
-def _command(vessel: str, links: list[str], log_limit_mb: int, python: str) -> str:
+def _command(vessel: str, links: list[str], log_limit_mb: int, python: str, leader: bool) -> str:
     places = ["--state", f"{_STATE}/state", "--log", _LOGS, "--log-limit", str(log_limit_mb)]
-    parts = [python, "-m", "companion", "run", vessel, *places, "--realtime"]
+    program = ["leader", vessel, *places] if leader else ["run", vessel, *places, "--realtime"]
+    parts = [python, "-m", "companion", *program]
     for link in links:
         parts += ["--link", link]
     return " ".join(map(_quoted, parts))
 
 
-def unit(vessel: str, links: list[str], log_limit_mb: int, python: str, reads: Sequence[Path] = ()) -> str:
+def unit(
+    vessel: str,
+    links: list[str],
+    log_limit_mb: int,
+    python: str,
+    reads: Sequence[Path] = (),
+    leader: LeaderConfig | None = None,
+) -> str:
     """Text of the systemd unit. `vessel`: a bundled name or an absolute path; `python`: the interpreter to run;
-    `reads`: what else it needs, without symbolic links."""
-    command = _command(vessel, links, log_limit_mb, python)
+    `reads`: what else it needs, without symbolic links. `leader`: `vessel` is that leader module."""
+    command = _command(vessel, links, log_limit_mb, python, leader is not None)
+    what = f"USV companion, autopilot of {vessel}" if leader is None else f"USV companion, leader module {vessel}"
+    groups = "dialout" if leader is None or leader.joystick is None else "dialout input"
     places = (python, vessel, *map(str, reads))
     home = "read-only" if any(place.startswith(("/home/", "/root/")) for place in places) else "yes"
     return f"""[Unit]
-Description=USV companion, autopilot of {vessel}
+Description={what}
 After=network.target
 StartLimitIntervalSec=0
 
@@ -115,7 +129,7 @@ Type=notify
 NotifyAccess=main
 ExecStart={command}
 User={_USER}
-SupplementaryGroups=dialout
+SupplementaryGroups={groups}
 StateDirectory=usv-companion
 LogsDirectory=usv-companion
 WorkingDirectory={_STATE}
@@ -171,7 +185,7 @@ def users() -> str:
     return f'u {_USER} - "USV companion" {_STATE}\nm {_USER} dialout\n'
 
 
-def rules(config: VesselConfig, devices: dict[str, UsbDevice], before: str = "") -> str:
+def rules(config: VesselConfig | LeaderConfig, devices: dict[str, UsbDevice], before: str = "") -> str:
     """Text of the udev rules: a fixed name for each device in `devices`, a comment for each other name in the
     vessel's file. `before`: the rules of an earlier installation; its rules for other names are kept."""
     lines = ["# Fixed names of the boat's serial devices. ModemManager ignores them."]
@@ -198,9 +212,13 @@ def rules(config: VesselConfig, devices: dict[str, UsbDevice], before: str = "")
     return "\n".join(lines) + "\n"
 
 
-def _names(config: VesselConfig) -> set[str]:
-    """Names /dev/usv-… in the vessel's file: no kernel gives them, so a rule has to."""
-    urls = (*(sensor.port for sensor in config.sensors), *(bridge.port for bridge in config.actuators), *config.links)
+def _names(config: VesselConfig | LeaderConfig) -> set[str]:
+    """Names /dev/usv-… in the file: no kernel gives them, so a rule has to."""
+    if isinstance(config, LeaderConfig):
+        others = config.local_links
+    else:
+        others = tuple(bridge.port for bridge in config.actuators)
+    urls = (*(sensor.port for sensor in config.sensors), *others, *config.links)
     paths = [parse_url(url).path for url in urls if url.startswith("serial:")]
     return {path.removeprefix("/dev/") for path in paths if path.startswith("/dev/usv-")}
 
@@ -217,8 +235,9 @@ def _usb_device(path: str) -> UsbDevice:
 
 
 def _install(arguments: argparse.Namespace) -> int:
-    config = load_vessel(arguments.vessel)
-    path = find(arguments.vessel)
+    leader = load_leader(arguments.vessel) if arguments.leader else None
+    config = load_vessel(arguments.vessel) if leader is None else leader
+    path = find(arguments.vessel) if leader is None else find_leader(arguments.vessel)
     vessel = arguments.vessel if Path(arguments.vessel).suffix != ".toml" else str(path.resolve())
     for link in arguments.link:
         judge_url(link)
@@ -234,7 +253,7 @@ def _install(arguments: argparse.Namespace) -> int:
     before = rules_file.read_text(encoding="utf-8") if rules_file.is_file() else ""
     reads = [Path(sys.executable).resolve(), Path(companion.__file__).resolve(), path.resolve()]
     texts = {
-        _UNIT_FILE: unit(vessel, arguments.link, arguments.log_limit, sys.executable, reads),
+        _UNIT_FILE: unit(vessel, arguments.link, arguments.log_limit, sys.executable, reads, leader),
         _USER_FILE: users(),
         _RULES_FILE: rules(config, devices, before),
     }

@@ -17,8 +17,19 @@ MOST = 256
 MOST_OF_AN_ADDRESS = 64  # a page has one for its stream, and up to six while it loads
 FIRST_S = 10.0  # until the first request has arrived; who is later makes room for the next one that connects
 IDLE_S = 30.0  # from an answer to the next request
+BODY_S = 10.0  # from the head of a request to the end of its body
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+async def body(request: web.Request) -> Any:
+    """The JSON in the body of a request. Raises ValueError for what is none, and HTTPRequestTimeout where it does not
+    arrive in time: aiohttp waits for it without end."""
+    try:
+        async with asyncio.timeout(BODY_S):
+            return await request.json()
+    except TimeoutError:
+        raise web.HTTPRequestTimeout from None
 
 
 class Connections:

@@ -16,6 +16,8 @@ from urllib.parse import urlsplit
 
 from aiohttp import web
 
+from companion.console.connections import body
+
 COOKIE = "usv_console_"  # and the port: of two consoles on one computer a browser sends each the cookies of both
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
@@ -87,7 +89,7 @@ class Doors:
         """A page gives the token, and gets a session. After a wrong one nothing that its address gives counts for a
         while: as many guesses at once would else each cost the same wait."""
         try:
-            given = str((await request.json()).get("token", ""))
+            given = str((await body(request)).get("token", ""))
         except (ValueError, AttributeError):
             given = ""
         address = request.remote

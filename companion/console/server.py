@@ -15,7 +15,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from companion.console.board import Board, Page, text_of
-from companion.console.connections import Connections
+from companion.console.connections import Connections, body
 from companion.console.doors import Doors
 from companion.console.live import read_feed
 from companion.console.operator import OperatorLink
@@ -177,7 +177,7 @@ class Console:
         if request.content_type != "application/json":
             return _answer(415, "orders are JSON")
         try:
-            asked = await request.json()
+            asked = await body(request)
             if not isinstance(asked, dict):
                 raise OrderError("an order is an object")
             order = order_of(asked, self._modes())

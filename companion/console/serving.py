@@ -15,6 +15,7 @@ from companion.console.connections import IDLE_S
 from companion.console.server import Console, Settings
 
 _SHUTDOWN_S = 1.0
+_LINGER_S = 1.0  # after an answer, for the rest of a body that nobody reads
 
 
 def serve(settings: Settings, port: int, beside: bool = False) -> int:
@@ -44,7 +45,11 @@ async def served(settings: Settings, listener: socket.socket) -> AsyncIterator[N
     """A console on a socket that listens."""
     console = Console(settings)
     runner = web.AppRunner(
-        console.application(), access_log=None, shutdown_timeout=_SHUTDOWN_S, keepalive_timeout=IDLE_S
+        console.application(),
+        access_log=None,
+        shutdown_timeout=_SHUTDOWN_S,
+        keepalive_timeout=IDLE_S,
+        lingering_time=_LINGER_S,
     )
     await runner.setup()
     serve = runner.server

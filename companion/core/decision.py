@@ -261,7 +261,8 @@ class Status:
     `arming_refusals`: why arming would be refused; empty if it would be accepted. `fence`: None while no fence is in
     force. `traffic`: the vessels around, in the order of their MMSI. `leader`: None while no lead boat is heard.
     `orbit`: the circle that the mode sails, if any. `landed`: armed, but Land or Dock is done, or the mission that
-    ended at home or a berth. `trial_left_s`: time until a sea trial is over; None while none is sailed.
+    ended at home or a berth. `trial_left_s`: time until a sea trial is over; None while none is sailed. `guided`: the
+    mode is Hold because somebody chose ArduPilot's Guided.
     """
 
     t_s: float
@@ -279,6 +280,7 @@ class Status:
     orbit: OrbitState | None = None
     landed: bool = False
     trial_left_s: float | None = None
+    guided: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,17 +32,21 @@ class ServiceManager:
         self._ready = False
 
     def record(self, tick: Tick) -> None:
-        """See `Recorder`. Sends the signs of life and the status that are due."""
+        """See `Recorder`."""
+        self.alive(tick.t_s, _status(tick))
+
+    def alive(self, t_s: float, status: str) -> None:
+        """Send the signs of life and the status that are due. `status`: one line."""
         lines = []
         if not self._ready:
             self._ready = True
             lines.append("READY=1")
-        if self._kick_s is not None and tick.t_s >= self._kick_due_s:
-            self._kick_due_s = tick.t_s + self._kick_s
+        if self._kick_s is not None and t_s >= self._kick_due_s:
+            self._kick_due_s = t_s + self._kick_s
             lines.append("WATCHDOG=1")
-        if tick.t_s >= self._status_due_s:
-            self._status_due_s = tick.t_s + _STATUS_S
-            lines.append(f"STATUS={_status(tick)}")
+        if t_s >= self._status_due_s:
+            self._status_due_s = t_s + _STATUS_S
+            lines.append(f"STATUS={status}")
         if lines:
             self._say(*lines)
 

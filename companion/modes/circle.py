@@ -24,6 +24,7 @@ from companion.positioning.watch_circles import WatchCircles
 
 _SAME_PLACE_M = 1.0
 _TURN_RAD = 2.0 * math.pi
+_ENDED = "the circle is over"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,8 @@ class OrbitOrder:
     """An orbit as an operator asks for it.
 
     A field that is None keeps its value while the boat orbits. Otherwise CIRC_RADIUS, CIRC_SPEED and CIRC_DIR apply,
-    the centre is the boat's place, and the orbit has no end. `total_rad`: the angle to sweep; infinite: no end.
+    the centre is the boat's place, and the orbit has no end. `total_rad`: the angle to sweep; infinite: no end. A speed
+    alone changes that of the orbit under way, and begins none that is over.
     """
 
     centre: tuple[float, float] | None = None  # lat_deg, lon_deg
@@ -44,6 +46,12 @@ class OrbitOrder:
     def mode(self) -> ModeId:
         """As every order's."""
         return ModeId.CIRCLE
+
+    @property
+    def speed_alone(self) -> bool:
+        """Whether it gives nothing but a speed."""
+        others = (self.centre, self.radius_m, self.clockwise, self.total_rad)
+        return self.speed_mps is not None and others == (None,) * 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +84,11 @@ class CircleMode(Mode):
                 r"radius .*|the radius should be above 0 m",
                 "the radius is too small for this boat",
                 "Set <param>CIRC_RADIUS</param> larger.",
+            ),
+            KnownRefusal(
+                _ENDED,
+                "a speed alone does not begin a circle that is over",
+                "Choose Circle again, or order a circle by its radius.",
             ),
             KnownRefusal(r"centre .* km away", "the centre is too far away", "Choose a centre near the boat."),
             *FENCE_REFUSALS,
@@ -132,6 +145,8 @@ class CircleMode(Mode):
 
         A disarmed boat asks every tick, so the answer is kept while the boat stays within a metre.
         """
+        if self._plan is not None and self._over and _speed_alone(inputs) is not None:
+            return _ENDED
         plan, nav = self._wanted(inputs), inputs.nav
         if not nav.position_valid:
             return None
@@ -157,8 +172,13 @@ class CircleMode(Mode):
         return self._fence.line_refusal(whole_line(circle, place, plan.total_rad, self._parameters))
 
     def chosen_again(self, inputs: ModeInputs) -> bool:
-        """Begin anew with a new order, or after the last turn."""
-        return self._over or inputs.order is not None
+        """Begin anew with a new order, or after the last turn. A speed alone is taken up on the way."""
+        speed_mps = _speed_alone(inputs)
+        if self._plan is None or self._over or speed_mps is None:
+            return self._over or inputs.order is not None
+        self._plan = replace(self._plan, speed_mps=speed_mps, at_cruise=False)
+        self._events.say(inputs.now_s, TextKind.ROUTINE, "speed_changed", f"Circle: {speed_mps:.2f} m/s")
+        return False
 
     def enter(self, inputs: ModeInputs) -> str | None:
         """Start the orbit from the present motion."""
@@ -246,6 +266,12 @@ class CircleMode(Mode):
         north_m, east_m = self._hold_point.target
         self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
         return setpoint
+
+
+def _speed_alone(inputs: ModeInputs) -> float | None:
+    """The speed of an order that gives nothing else; None: another order, or none."""
+    order = inputs.order
+    return order.speed_mps if isinstance(order, OrbitOrder) and order.speed_alone else None
 
 
 def _said(plan: _Plan) -> str:

@@ -141,3 +141,11 @@ def level_of(force: Vector) -> tuple[float, float]:
         tilt = math.degrees(max(abs(roll), abs(pitch)))
         raise ValueError(f"mounted {tilt:.0f} deg off level")
     return roll, pitch
+
+
+def between_rad(one: Vector, other: Vector) -> float:
+    """Angle between two vectors, 0…π; 0 where either has no length."""
+    x, y, z = one
+    u, v, w = other
+    across = math.hypot(y * w - z * v, z * u - x * w, x * v - y * u)
+    return math.atan2(across, x * u + y * v + z * w)

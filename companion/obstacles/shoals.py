@@ -44,12 +44,22 @@ class _Shoal:
     t_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Echoes:
+    """Shallow readings ahead, one after another. `places`: where those are that no shoal stands for yet."""
+
+    since_s: float
+    last_s: float
+    places: tuple[tuple[float, float], ...]
+
+
 class Shoals:
     """`update(depth, nav, now_s)` each tick and `take_ahead` each reading of a sounder that looks ahead. `circles`:
     shoals found. `way_m`: way left on the course until the water is too shallow for the bow, by the slope; infinite
     where it does not become so.
 
-    Remembers the depths of the last 12 m of track, the last course, and at most 200 shoals.
+    Remembers the depths of the last 12 m of track, the last course, what each sounder saw shallow ahead last, and at
+    most 200 shoals.
     """
 
     def __init__(self, length_m: float, parameters: Parameters) -> None:
@@ -59,6 +69,7 @@ class Shoals:
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
         self._shoals: list[_Shoal] = []
         self._shallow_s: float | None = None
+        self._echoes: dict[str, _Echoes] = {}  # ahead, by sounder: since its last deep reading
         self._read_s = self._first_s = -math.inf  # of the last reading, and of the first shallow one
         self._course: tuple[float, float] | None = None
         self._left_m = math.inf  # for the transducer
@@ -97,16 +108,27 @@ class Shoals:
             self._meet(nav, now_s)
 
     def take_ahead(self, reading: DepthAhead, nav: NavState, now_s: float) -> None:
-        """The depth at a place ahead: too little of it is a shoal there."""
+        """The depth at a place ahead: too little of it is a shoal there, once a second reading says so too."""
         least_m = self._parameters["CP_DEPTH_MIN"]
         if least_m <= 0.0 or reading.below_m >= least_m or not nav.position_valid:
+            self._echoes.pop(reading.source, None)
             return
         c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
-        self._add(nav.north_m + c * reading.ahead_m, nav.east_m + s * reading.ahead_m, self._length_m, now_s)
+        place = nav.north_m + c * reading.ahead_m, nav.east_m + s * reading.ahead_m
+        before = self._echoes.get(reading.source)
+        if before is None or reading.t_s - before.last_s > _STALE_S:
+            self._echoes[reading.source] = _Echoes(reading.t_s, reading.t_s, (place,))
+        elif reading.t_s - before.since_s < _SHALLOW_S:
+            self._echoes[reading.source] = _Echoes(before.since_s, reading.t_s, (*before.places, place))
+        else:
+            self._echoes[reading.source] = _Echoes(before.since_s, reading.t_s, ())
+            for north_m, east_m in (*before.places, place):
+                self._add(north_m, east_m, self._length_m, now_s)
 
     def clear(self) -> None:
         """Forget all shoals, and the track on which the slope counts."""
         self._shoals.clear()
+        self._echoes.clear()
         self._track.clear()
         self._left_m = self.way_m = math.inf
 

@@ -21,12 +21,14 @@ from companion.nav.field_fit import FieldFit
 from companion.nav.lever_arms import Vector, lever_arms, normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.sources import plausible
-from companion.nav.still_calibration import StillMean, level_of
+from companion.nav.still_calibration import StillMean, between_rad, level_of
 from companion.params.store import Parameters
 from companion.supervisor.helm import Helm
 
 _LEVEL = ("SENS_BOARD_X_OFF", "SENS_BOARD_Y_OFF")
 _LEVEL_S, _LEVEL_SWING_RADPS = 10.0, math.radians(8.0)  # waves average out
+_ASKEW_RAD = math.radians(1.0)
+_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _GYRO_S, _GYRO_SWING_RADPS, _GYRO_TURN_RAD = 5.0, math.radians(0.5), math.radians(1.5)
 
 
@@ -148,10 +150,8 @@ class CalibrationDuty:
         return Outcome(result, text)
 
     def _rows(self, kind: CalibrationKind) -> Sequence[SensorConfig]:
-        """The sensors to calibrate. All inertial sensors share one level: the first one gives it."""
-        if kind is CalibrationKind.COMPASS:
-            return self._magnetometers
-        return self._inertial if kind is CalibrationKind.GYRO else self._inertial[:1]
+        """The sensors to calibrate."""
+        return self._magnetometers if kind is CalibrationKind.COMPASS else self._inertial
 
     def _running(self) -> str | None:
         state = self.state
@@ -213,7 +213,7 @@ class CalibrationDuty:
             self._events.say(now_s, TextKind.ROUTINE, "calibration", f"{state.kind.value} fitted: accept or cancel it")
 
     def _leave_silent_out(self, kind: CalibrationKind, now_s: float) -> None:
-        """Of several gyros the silent ones keep their values, and the others go on."""
+        """Of several inertial sensors the silent ones keep their values, and the others go on."""
         silent = {number: part for number, part in self._parts.items() if isinstance(part, StillMean) and part.silent}
         if len(silent) == len(self._parts):
             return
@@ -240,7 +240,7 @@ class CalibrationDuty:
     def _store(self, kind: CalibrationKind, now_s: float) -> None:
         try:
             values: dict[str, float] = {}
-            for number, part in self._parts.items():
+            for number, part in self._measured(kind).items():
                 values |= self._values(kind, number, part)
         except ValueError as error:
             self._fail(kind, str(error), now_s)
@@ -251,6 +251,20 @@ class CalibrationDuty:
         self._set(kind, CalibrationPhase.DONE)
         text = f"{kind.value} calibrated{self._summary(kind, values)}"
         self._events.say(now_s, TextKind.ROUTINE, "calibration", text)
+        for warning in self._askew(kind):
+            self._events.say(now_s, TextKind.ATTENTION, "calibration_askew", warning)
+
+    def _measured(self, kind: CalibrationKind) -> Mapping[int, Part]:
+        """The parts that give the parameters: all inertial sensors share the level of the first that is heard."""
+        return self._parts if kind is not CalibrationKind.LEVEL else dict([next(iter(self._parts.items()))])
+
+    def _askew(self, kind: CalibrationKind) -> list[str]:
+        """One line for each inertial sensor that lies otherwise than the one whose level all of them share."""
+        still = [part for part in self._parts.values() if isinstance(part, StillMean)]
+        if kind is not CalibrationKind.LEVEL:
+            return []
+        tilts = ((part.name[:_NAME], between_rad(still[0].force, part.force)) for part in still[1:])
+        return [f"{name} lies {math.degrees(rad):.1f} deg off that level" for name, rad in tilts if rad > _ASKEW_RAD]
 
     def _values(self, kind: CalibrationKind, number: int, part: Part) -> dict[str, float]:
         """The parameters of one sensor. Raises ValueError for a result that cannot be right."""

@@ -12,12 +12,15 @@ from companion.supervisor.requests import Requests
 
 class Guided:
     """Remembers since which choice the boat waits, and when the last setpoint came meanwhile. Another choice by a
-    person, another mode and disarming end the waiting."""
+    person, another mode and disarming end the waiting.
+
+    Also since which choice of a mode it is `shown`: go-tos leave that as it is, as on a Rover."""
 
     def __init__(self, requests: Requests) -> None:
         self._requests = requests
         self._parts = requests.parts
         self._since: tuple[int, int] | None = None
+        self._shown: tuple[int, int] | None = None
         self._came_s = -math.inf
         self._streams = False
 
@@ -26,6 +29,7 @@ class Guided:
         outcome = self._requests.request_mode(ModeId.HOLD, now_s)
         if outcome.accepted:
             self._since, self._came_s, self._streams = self._choice, -math.inf, False
+            self._shown = self._choice_of_mode
         return outcome
 
     def goes_to(self, target: OffboardTarget, now_s: float) -> bool:
@@ -48,6 +52,16 @@ class Guided:
         if self._streams:
             self._since, self._streams = None, False
             self._requests.request_mode(ModeId.OFFBOARD, now_s)
+
+    @property
+    def shown(self) -> bool:
+        """Whether the mode is Hold because Guided was chosen last."""
+        return self._shown is not None and self._shown == self._choice_of_mode
+
+    @property
+    def _choice_of_mode(self) -> tuple[int, int]:
+        choices, version = self._choice
+        return choices - self._parts.go_tos, version
 
     @property
     def _choice(self) -> tuple[int, int]:

@@ -153,13 +153,13 @@ class Helm:
     def _guarded_enter(self, mode: Mode, now_s: float) -> str | None:
         reason = self.guarded(mode, lambda: mode.enter(self._inputs_at(now_s, 0.0)), now_s)
         if reason is None:
-            self._sticks.demand_centre(now_s, even_if_silent=not mode.by_stick)
-            if self._sticks.must_centre:
+            self._sticks.demand_centre(now_s)
+            if self._sticks.must_centre and self._sticks.live(now_s) is not None:
                 self._tell_to_centre(mode, now_s)
         return reason
 
     def sticks_taken_over(self, now_s: float) -> None:
-        """Sticks that are off centre have taken over from others."""
+        """Sticks that are off centre have taken over, from others or as the first."""
         if self.armed:
             self._tell_to_centre(self.mode, now_s)
 

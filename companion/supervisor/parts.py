@@ -66,7 +66,8 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 class SupervisorParts:
     """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrenches
-    `achieved` and `demanded`, indices of `failed` thrusters, and how many `choices` people have made."""
+    `achieved` and `demanded`, indices of `failed` thrusters, and how many `choices` people have made, `go_tos` in Hold
+    among them."""
 
     def __init__(
         self,
@@ -81,10 +82,10 @@ class SupervisorParts:
         """`frame_of()`: the local plane of the estimate. `choose(mode, now_s, cause)`: a person's choice of a mode."""
         self.config, self.parameters, self.executor, self.events = config, parameters, executor, events
         self.frame_of = frame_of
-        self.nav = NO_ESTIMATE
-        self.inputs = Inputs()
+        self.nav, self.inputs = NO_ESTIMATE, Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved, self.demanded, self.steers_late_s, self.choices = ZERO_WRENCH, ZERO_WRENCH, 0.0, 0
+        self.achieved, self.demanded, self.steers_late_s = ZERO_WRENCH, ZERO_WRENCH, 0.0
+        self.choices, self.go_tos = 0, 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic, self.distress = TrafficTracker(config.mmsi), DistressWatch(events.say)

@@ -134,6 +134,7 @@ class Requests:
             if reason is not None:
                 return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
         self._taken_over(now_s)
+        parts.go_tos += 1
         north_m, east_m = parts.frame_of().to_ned(lat_deg, lon_deg)
         heading_rad = yaw_rad if yaw_rad is not None and math.isfinite(yaw_rad) else None
 

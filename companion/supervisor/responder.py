@@ -96,7 +96,7 @@ class Responder:
             done = self._helm.mode.id.value
         else:
             active.neutral = True
-            self._sticks.demand_centre(now_s, even_if_silent=True)
+            self._sticks.demand_centre(now_s)
         if self.monitor.neutral and not active.neutral:
             done = f"{done}, no thrust yet"
         text = f"{active.failsafe.starts(situation)}: {done}"

@@ -25,13 +25,14 @@ class Sticks:
     RC_MAP_ROLL, PITCH, THROTTLE and YAW name the transmitter's channels for sway, surge, surge and yaw, positive to
     starboard and ahead; MAN_AXIS_SURGE chooses between the two for surge. `safe_switch`: as last seen.
     `remote_system`: the lead boat that steers by remote, None for none; its sticks come as a ground station's. `heard`:
-    sticks were heard once. Sticks that take over from others must be centred first.
+    sticks were heard once. Sticks that take over from others must be centred first, and so must the first ones of all.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._last: dict[Right, ManualInput | None] = {Right.GROUND_STATION: None, Right.TRANSMITTER: None}
         self._must_centre = False
+        self._awaited = False  # the centre was demanded while no sticks were live
         self._read_s = -math.inf  # of the transmitter's reading that was taken last
         self._hand: tuple[Right, str] | None = None  # whose sticks were live last
         self._remote_s = -math.inf  # since when the lead boat steers by remote
@@ -54,11 +55,12 @@ class Sticks:
         self.remote_system = remote_system
         self._remote_s = -math.inf if remote_system is None else now_s
         self.heard = self.heard or remote_system is not None
-        self.demand_centre(now_s, even_if_silent=True)
+        self.demand_centre(now_s)
 
     def update(self, rc: RcInput | None, now_s: float) -> bool:
         """Take in the transmitter, whose channels are calibrated. A switch whose signal is lost keeps its last position
-        until an operator overrules it. Returns whether sticks that are off centre take over from others now."""
+        until an operator overrules it. Returns whether sticks that are off centre take over now: from others, or as the
+        first since `demand_centre`."""
         if not self._parameters["MAN_RC_SAFE_CH"]:
             self.safe_switch = False
         if rc is not None and rc.t_s > self._read_s and not rc.lost and all(map(math.isfinite, rc.channels)):
@@ -68,7 +70,8 @@ class Sticks:
         if right is None or live is None:
             return False
         before, self._hand = self._hand, (right, live.source)
-        taken_over = before not in (None, self._hand) and not is_centred(live)
+        first, self._awaited = self._awaited, False
+        taken_over = (first or before not in (None, self._hand)) and not is_centred(live)
         self._must_centre = taken_over or (self._must_centre and not is_centred(live))
         return taken_over
 
@@ -109,11 +112,12 @@ class Sticks:
         """The sticks in charge, once they may steer."""
         return None if self._must_centre else self.live(now_s)
 
-    def demand_centre(self, now_s: float, even_if_silent: bool) -> None:
-        """Sticks that are off centre now must be seen centred before they are obeyed; `even_if_silent`: sticks that
-        come later must too."""
+    def demand_centre(self, now_s: float) -> None:
+        """Sticks that are off centre now must be seen centred before they are obeyed; where none is heard now, those
+        that come first."""
         live = self.live(now_s)
-        self._must_centre = even_if_silent if live is None else not is_centred(live)
+        self._awaited = live is None
+        self._must_centre = live is None or not is_centred(live)
 
     @property
     def must_centre(self) -> bool:

@@ -188,6 +188,7 @@ class Supervisor(Requests):
             orbit=helm.mode.orbit if helm.armed else None,
             landed=self.landing.landed,
             trial_left_s=parts.trial.time_left_s if helm.armed else None,
+            guided=self.guided.shown,
         )
 
     def arming_report(self, now_s: float) -> ArmingReport:

@@ -22,8 +22,9 @@ _ALIKE = 1e-3  # of a parameter: the report shows three digits
 
 class TrialDuty:
     """`completed` after the last manoeuvre, `update` once a tick, `accept` and `undo` when an operator asks. Remembers
-    the identification that runs, whether another one waits for its end, and the changes that are being stored. Set
-    `results` before the first tick; without it nothing is identified."""
+    the identification that runs, whether another one waits for its end, the changes that are being stored, and the
+    ticket of the model that was accepted last. Set `results` before the first tick; without it nothing is identified.
+    """
 
     def __init__(self, parameters: Parameters, helm: Helm, events: EventLog) -> None:
         self.results: TrialResults | None = None
@@ -33,6 +34,7 @@ class TrialDuty:
         self._runs: Future[TrialFinding] | None = None
         self._waits = False
         self._storing: list[tuple[Ticket, str]] = []
+        self._accepted: Ticket | None = None  # until it is undone, or another model is found
 
     @property
     def identifying(self) -> bool:
@@ -74,6 +76,7 @@ class TrialDuty:
             text = f"Trial: not identified ({type(error).__name__})"
             self._events.say(now_s, TextKind.ATTENTION, "trial_unidentified", text)
             return
+        self._accepted = None
         share = "" if found.error_share is None else f", error {found.error_share:.0%} of before"
         if found.better:
             text = f"Trial: new model{share}. Accept it?"
@@ -94,12 +97,16 @@ class TrialDuty:
     # --- the operator's word -----------------------------------------------------------------------------------------
 
     def accept(self, now_s: float) -> tuple[Outcome, Ticket | None]:
-        """Accept the newest model: (outcome, what is being stored). Disarmed or in Hold only."""
+        """Accept the newest model: (outcome, what is being stored). Disarmed or in Hold only. One that is accepted
+        stays so: who has lost the acknowledgement asks again."""
         results = self.results
+        if self._accepted is not None and not self._accepted.failed and not self.identifying:
+            return ACCEPTED, self._accepted
         reason = self._not_now() or ("no trial result waits" if results is None or results.proposal is None else None)
         if reason is not None or results is None:
             return self._refused("Trial accept", reason or "", now_s), None
-        return self._store(results.accept(), "Trial: accepted; reboot to use the new model")
+        self._accepted = results.accept()
+        return self._store(self._accepted, "Trial: accepted; reboot to use the new model")
 
     def undo(self, now_s: float) -> tuple[Outcome, Ticket | None]:
         """Go back to the model before: (outcome, what is being stored). Disarmed or in Hold only."""
@@ -107,6 +114,7 @@ class TrialDuty:
         reason = self._not_now() or ("the file counts already" if results is None or results.in_force is None else None)
         if reason is not None or results is None:
             return self._refused("Trial undo", reason or "", now_s), None
+        self._accepted = None
         return self._store(results.undo(), "Trial: undone; reboot to use the model before")
 
     def _not_now(self) -> str | None:

@@ -72,8 +72,13 @@ def sensor(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Dev
     """The device that the driver `config.driver` reads. Raises ConfigError where there is none."""
     make = SENSORS.get(config.driver)
     if make is None:
+        there_is = ", ".join(SENSORS)
         raise ConfigError(
-            [f"sensor '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(SENSORS)}"]
+            [
+                f"sensor '{config.name}': no simulated device for driver '{config.driver}'; there is {there_is}. "
+                "For one of your own run `companion sitl` with a file without this row, and beside it `companion run "
+                "--devices` with this file and a program of yours that prints what the device would"
+            ]
         )
     return make(config, port, around)
 

@@ -37,7 +37,6 @@ MODES = {
     "RTL": 11,
     "Manual": 0,
 }
-SHOWN = {"Guided": "HOLD"}  # others as they were asked for; without setpoints the boat holds until it gets a go-to
 FRAME = LocalFrame(63.4389, 10.3990)
 
 
@@ -169,7 +168,7 @@ def test_a_mission_with_home_as_item_0_and_its_modes(desk: Desk) -> None:
         desk.tell(*[mavlink.MAVLink_set_mode_message(1, 1, number)] * 2)
         desk.tick(12)  # a heartbeat comes each second
         shown = mavutil.mode_mapping_rover[desk.latest("HEARTBEAT").custom_mode]
-        assert shown == SHOWN.get(name, name.upper().replace(" ", "_")), name
+        assert shown == name.upper().replace(" ", "_"), name
 
 
 def fly_to_here(desk: Desk, north_m: float, east_m: float) -> None:

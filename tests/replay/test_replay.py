@@ -349,23 +349,38 @@ def test_a_row_that_lacks_a_value_does_not_end_the_run(
     assert result.lost_ticks == 0 and result.differing == differing and result.within(1e-9)
 
 
-def test_a_row_without_a_time_does_not_end_the_run(recorded: Path, tmp_path: Path) -> None:
-    log = with_empty_cell(recorded, tmp_path, "t_s")
+@pytest.mark.parametrize("line", [2, 51])
+def test_a_row_without_a_time_does_not_end_the_run(recorded: Path, tmp_path: Path, line: int) -> None:
+    log = with_empty_cell(recorded, tmp_path, "t_s", lines=(line,))
     result = rerun(open_log(log), tmp_path / "again")
-    assert result.warnings == ["ticks.csv:51: row omitted: no time"]
+    assert result.warnings == [f"ticks.csv:{line}: row omitted: no time"]
     assert result.lost_ticks == result.missing_ticks == 0
     rows = len((log / "ticks.csv").read_text().splitlines()) - 1
     assert result.ticks == rows - 1
 
 
-def with_empty_cell(recorded: Path, folder: Path, column: str) -> Path:
-    """A copy of the log without the value of `column` in line 51 of ticks.csv."""
+@pytest.mark.parametrize("column", ["load", "time_unix_ns"])
+def test_first_rows_that_lack_a_value_go_back_from_the_first_whole_one(
+    recorded: Path, tmp_path: Path, column: str
+) -> None:
+    """They were left out without a word, with the inputs of their ticks."""
+    log = with_empty_cell(recorded, tmp_path, column, lines=(2, 3))
+    result = rerun(open_log(log), tmp_path / "again")
+    said = "no time_unix_ns or load; both go back from row 4"
+    assert result.warnings == [f"ticks.csv:2: {said}", f"ticks.csv:3: {said}"]
+    assert result.lost_ticks == result.missing_ticks == 0 and result.differing <= 2 and result.within(1e-9)
+    assert result.ticks == len((log / "ticks.csv").read_text().splitlines()) - 1
+
+
+def with_empty_cell(recorded: Path, folder: Path, column: str, lines: tuple[int, ...] = (51,)) -> Path:
+    """A copy of the log without the value of `column` in those lines of ticks.csv."""
     log = copied(recorded, folder)
-    lines = (log / "ticks.csv").read_text().split("\n")
-    cells = lines[50].split(",")
-    cells[lines[0].split(",").index(column)] = ""
-    lines[50] = ",".join(cells)
-    (log / "ticks.csv").write_text("\n".join(lines))
+    rows = (log / "ticks.csv").read_text().split("\n")
+    for line in lines:
+        cells = rows[line - 1].split(",")
+        cells[rows[0].split(",").index(column)] = ""
+        rows[line - 1] = ",".join(cells)
+    (log / "ticks.csv").write_text("\n".join(rows))
     return log
 
 

@@ -18,6 +18,7 @@ MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400
 _MOST_SATELLITES = 99
 _UNIX_DAY = date(1970, 1, 1).toordinal()
+_LEAP, _BEFORE_LEAP = "235960", "235959"
 _clock_of = lru_cache(16)(timestamp)  # several sentences of a moment have the same text
 
 
@@ -86,15 +87,18 @@ def day(text: str | None) -> date | None:
 
 
 def seconds_of_day(text: str) -> float:
-    """hhmmss.sss in seconds since midnight. Raises ValueError for text that is no time."""
-    clock: time = _clock_of(text)
-    return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6
+    """hhmmss.sss in seconds since midnight; a leap second is the second 60. Raises ValueError for text that is no
+    time."""
+    leap = _is_leap_second(text)
+    clock: time = _clock_of(_BEFORE_LEAP + text[6:] if leap else text)
+    return clock.hour * 3600 + clock.minute * 60 + clock.second + leap + clock.microsecond * 1e-6
 
 
 def unix_ns(on: date, text: str) -> int:
-    """hhmmss.sss on a day as ns since 1970."""
-    clock: time = _clock_of(text)
-    seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second
+    """hhmmss.sss on a day as ns since 1970, which has no leap seconds: one has the number of the next midnight."""
+    leap = _is_leap_second(text)
+    clock: time = _clock_of(_BEFORE_LEAP + text[6:] if leap else text)
+    seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second + leap
     return seconds * 1_000_000_000 + clock.microsecond * 1000
 
 
@@ -120,3 +124,7 @@ def _degrees(text: str) -> float:
     if minutes > 60.0:  # which some round up to
         raise ValueError(f"no minutes: {text!r}")
     return float(text[: point - 2]) + minutes / 60.0
+
+
+def _is_leap_second(text: str) -> bool:
+    return text[:6] == _LEAP

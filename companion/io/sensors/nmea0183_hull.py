@@ -157,7 +157,7 @@ class HullSentences:
 
     def _dpt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         depth = number(sentence.get("depth"))
-        if depth is None or depth < 0.0:
+        if depth is None or depth <= 0.0:  # 0: many sounders say so that they find no bottom
             return
         if self._ahead_m > 0.0:
             readings.append(DepthAhead(t_s, self._name, depth, self._ahead_m))
@@ -167,7 +167,7 @@ class HullSentences:
     def _dbt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         units = (("depth_meters", 1.0), ("depth_feet", _FOOT_M), ("depth_fathoms", _FATHOM_M))
         depths = [depth * unit for name, unit in units if (depth := number(sentence.get(name))) is not None]
-        if not depths or depths[0] < 0.0 or self._recent("DPT", t_s):
+        if not depths or depths[0] <= 0.0 or self._recent("DPT", t_s):
             return
         if self._ahead_m > 0.0:
             readings.append(DepthAhead(t_s, self._name, depths[0], self._ahead_m))

@@ -13,6 +13,8 @@ from companion.app import load_vessel
 from companion.cli import service
 from companion.cli.main import main
 from companion.cli.service import UNIT, UsbDevice, closed_to_others, rules, unit, users
+from companion.leader_module.app import load_leader
+from companion.leader_module.config import find_leader
 from tests.waiting import CAP_S
 
 
@@ -39,6 +41,32 @@ def test_the_unit_runs_the_vessel_with_a_watchdog_and_keeps_to_its_own_user() ->
     assert float(run["WatchdogSec"]) > 1.0 and run["RestartPreventExitStatus"] == "2"
     assert run["ProtectHome"] == "yes"
     assert read["Install"]["WantedBy"] == "multi-user.target"
+
+
+def test_the_unit_of_a_leader_module_runs_it_with_its_gamepad() -> None:
+    read = parsed(
+        unit("viknes", ["serial:/dev/usv-radio:57600"], 500, "/opt/usv/bin/python", (), load_leader("viknes"))
+    )
+    run = read["Service"]
+    assert run["ExecStart"] == (
+        "/opt/usv/bin/python -m companion leader viknes --state /var/lib/usv-companion/state "
+        "--log /var/log/usv-companion --log-limit 500 --link serial:/dev/usv-radio:57600"
+    )
+    assert (run["Type"], run["SupplementaryGroups"]) == ("notify", "dialout input") and float(run["WatchdogSec"]) > 1.0
+    assert "leader module viknes" in read["Unit"]["Description"]
+
+
+def test_a_leader_module_is_installed_from_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """There was no form for it: people wrote units of their own, without watchdog and without names of adapters."""
+    own = tmp_path / "lead.toml"
+    own.write_text(find_leader("viknes").read_text(encoding="utf-8"), encoding="utf-8")
+    root = tmp_path / "root"
+    assert main(["service", "install", str(own), "--leader", "--root", str(root)]) == 0
+    assert f"companion leader {own} " in (root / service._UNIT_FILE).read_text()
+    named = (root / service._RULES_FILE).read_text()
+    assert all(f"# /dev/{name}: " in named for name in ("usv-gnss", "usv-imu", "usv-radio"))
+    assert main(["service", "install", str(own), "--root", str(root)]) == 2
+    assert "companion leader" in capsys.readouterr().err, "a module's file is none of a vessel"
 
 
 def test_an_installation_in_a_home_is_read_from_there() -> None:

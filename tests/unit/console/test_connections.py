@@ -12,17 +12,18 @@ import pytest
 from companion.console import connections
 from companion.console.server import Settings
 from companion.console.serving import served
+from tests.waiting import CAP_S
 
 Talk = Callable[[int], Awaitable[None]]
 NETWORK = Settings(control=True, host="0.0.0.0", token="a token of the test")
 
 
-def with_console(talk: Talk) -> None:
+def with_console(talk: Talk, settings: Settings = NETWORK) -> None:
     """`talk(port)` beside a console on every address of this computer."""
 
     async def work() -> None:
         listener = socket.create_server(("0.0.0.0", 0))
-        async with served(NETWORK, listener):
+        async with served(settings, listener):
             await talk(listener.getsockname()[1])
 
     asyncio.run(work())
@@ -62,6 +63,24 @@ def test_one_device_that_opens_many_connections_shuts_out_itself_alone() -> None
             writer.close()
 
     with_console(talk)
+
+
+@pytest.mark.parametrize("path", ["login", "order"])
+def test_a_request_whose_body_does_not_come_is_ended(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was waited for without end: four addresses took all connections so, and needed no token."""
+    monkeypatch.setattr(connections, "BODY_S", 0.05)
+    console = Settings(control=True) if path == "order" else NETWORK
+
+    async def talk(port: int) -> None:
+        reader, writer = await idle(port, "127.0.0.1")
+        own = f"Host: localhost:{port}\r\nOrigin: http://localhost:{port}\r\nContent-Type: application/json\r\n"
+        writer.write(f"POST /api/{path} HTTP/1.1\r\n{own}Content-Length: 40\r\n\r\n{{".encode())
+        async with asyncio.timeout(CAP_S):
+            assert (await reader.readline()).startswith(b"HTTP/1.1 408")
+            await reader.read()
+        writer.close()
+
+    with_console(talk, console)
 
 
 def test_who_has_asked_for_nothing_in_time_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from companion.cli.leader import Reporting
 from companion.io.service_manager import ServiceManager, service_manager
 from tests.unit.record.ticks import tick
 
@@ -52,6 +54,20 @@ def test_the_watchdog_hears_each_quarter_of_its_patience(manager_socket: tuple[s
         kicks += said(listening).count("WATCHDOG=1")
     manager.close()
     assert 19 <= kicks <= 21
+
+
+def test_a_leader_modules_status_line_is_its_sign_of_life(manager_socket: tuple[str, socket.socket]) -> None:
+    address, listening = manager_socket
+    shown: list[str] = []
+    display = SimpleNamespace(show=lambda line, now_s: shown.append(line), fileno=lambda: None, typed=lambda: "m")
+    manager = ServiceManager(address, 2.0)
+    reporting = Reporting(display, manager)  # type: ignore[arg-type]
+    reporting.show("fix, link 0", 0.2)
+    assert said(listening) == ["READY=1", "WATCHDOG=1", "STATUS=fix, link 0"]
+    reporting.show("fix, link 1", 0.8)
+    assert said(listening) == ["WATCHDOG=1"] and shown == ["fix, link 0", "fix, link 1"]
+    assert (reporting.fileno(), reporting.typed()) == (None, "m")
+    manager.close()
 
 
 def test_no_watchdog_asked_for_none_kicked(manager_socket: tuple[str, socket.socket]) -> None:

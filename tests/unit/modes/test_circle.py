@@ -95,6 +95,29 @@ def test_what_an_order_leaves_out_stays_as_it_is(boat: Any) -> None:
     assert boat.status.orbit.north_m == pytest.approx(20.0, abs=1e-3)
 
 
+def test_a_speed_alone_changes_the_circle_under_way_and_keeps_its_turns(boat: Any) -> None:
+    armed(boat)
+    order(boat, centre=boat.point(8.0, 0.0), radius_m=8.0, clockwise=True, speed_mps=0.4, total_rad=TURN_RAD)
+    boat.step(0.6 * TURN_RAD * 8.0 / 0.4)
+    assert order(boat, speed_mps=0.7).accepted
+    boat.step(0.3 * TURN_RAD * 8.0 / 0.7)
+    assert math.hypot(boat.nav.surge_mps, boat.nav.sway_mps) == pytest.approx(0.7, abs=0.05)
+    boat.step(0.3 * TURN_RAD * 8.0 / 0.7)
+    assert "Circle: 1.0 turns done, holding" in boat.texts() and boat.names().count("circle_begins") == 1
+
+
+def test_a_speed_alone_does_not_begin_a_circle_that_is_over(boat: Any) -> None:
+    """It was sailed once more, by a boat that people saw at rest."""
+    armed(boat)
+    order(boat, centre=boat.point(8.0, 0.0), radius_m=8.0, clockwise=True, total_rad=0.5 * TURN_RAD)
+    boat.until(lambda: "circle_done" in boat.names())
+    outcome = order(boat, speed_mps=0.7)
+    assert outcome.result is Result.TEMPORARILY_REJECTED and outcome.reason == "Circle refused: the circle is over"
+    boat.step(5.0)
+    assert boat.status.orbit is None and boat.names().count("circle_begins") == 1
+    assert order(boat, radius_m=8.0, clockwise=True, speed_mps=0.7).accepted and boat.status.orbit is not None
+
+
 @pytest.mark.parametrize(
     ("asked", "reason"),
     [

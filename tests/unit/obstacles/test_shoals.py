@@ -103,9 +103,39 @@ def test_a_sounder_that_looks_ahead_puts_the_shoal_there() -> None:
     watch = shoals()
     nav = replace(AT_REST, yaw_rad=0.5 * math.pi)
     watch.take_ahead(DepthAhead(0.0, "sonar", 1.0, 12.0), nav, 0.0)
-    watch.take_ahead(DepthAhead(0.5, "sonar", 4.0, 12.0), nav, 0.5)
+    assert not watch.circles
+    watch.take_ahead(DepthAhead(0.5, "sonar", 1.1, 12.0), nav, 0.5)
+    watch.take_ahead(DepthAhead(1.0, "sonar", 4.0, 12.0), nav, 1.0)
     [(north_m, east_m, _)] = watch.circles
     assert (north_m, east_m) == pytest.approx((0.0, 12.0))
+
+
+@pytest.mark.parametrize(
+    ("depths_m", "every_s", "shoals_found"),
+    [
+        ((4.0, 1.0, 4.0, 4.0), 1.0, 0),
+        ((4.0, 1.0, 1.1, 4.0, 4.0), 0.1, 0),
+        ((1.0, 4.0, 1.0, 4.0, 1.0), 1.0, 0),
+        ((1.0, 1.0), 6.0, 0),
+        ((4.0, 1.0, 1.1, 4.0), 1.0, 2),
+    ],
+    ids=["one fish", "one fish at 10 Hz", "a fish now and then", "far apart", "a bank"],
+)
+def test_one_echo_ahead_is_no_shoal(depths_m: tuple[float, ...], every_s: float, shoals_found: int) -> None:
+    """The shoal stayed for the whole voyage, and closed narrow water. A bank counts from its first reading."""
+    watch = shoals()
+    for k, depth_m in enumerate(depths_m):
+        nav = replace(AT_REST, north_m=3.0 * k)
+        watch.take_ahead(DepthAhead(k * every_s, "sonar", depth_m, 12.0), nav, k * every_s)
+    assert len(watch.circles) == shoals_found
+    assert not shoals_found or watch.circles[0][:2] == pytest.approx((15.0, 0.0))
+
+
+def test_echoes_of_two_sounders_do_not_count_together() -> None:
+    watch = shoals()
+    for t_s, source in ((0.0, "port"), (0.5, "starboard")):
+        watch.take_ahead(DepthAhead(t_s, source, 1.0, 12.0), AT_REST, t_s)
+    assert not watch.circles
 
 
 def at_1_hz(watch: Shoals, *depths_m: float) -> None:

@@ -293,7 +293,7 @@ def test_unknown_devices_are_said() -> None:
     with pytest.raises(ConfigError, match="no simulated device named 'sonar'; there is gnss, imu, microcontroller"):
         World(VESSEL).open("sonar", "")
     strange = replace(VESSEL, sensors=(replace(VESSEL.sensors[0], driver="sextant"),))
-    with pytest.raises(ConfigError, match="no simulated device for driver 'sextant'"):
+    with pytest.raises(ConfigError, match=r"no simulated device for driver 'sextant'.*companion run --devices"):
         World(strange)
     bridge = replace(VESSEL, actuators=(replace(VESSEL.actuators[0], driver="oars"),))
     with pytest.raises(ConfigError, match="no simulated device for driver 'oars'"):

@@ -46,6 +46,35 @@ def test_a_level_is_stored_as_parameters(boat: Any) -> None:
     assert boat.texts()[-2:] == ["Level calibration: keep the boat still", "Level calibrated: roll 0.0, pitch -2.0 deg"]
 
 
+@pytest.mark.parametrize(("bow_down_deg", "said"), [(2.5, []), (5.0, ["other lies 3.0 deg off that level"])])
+def test_of_several_inertial_sensors_the_first_that_is_heard_gives_the_level_of_all(
+    make_boat: Callable[..., Any], revolt: VesselConfig, bow_down_deg: float, said: list[str]
+) -> None:
+    """The level of the second one was never looked at, and a first one that is silent ended the calibration."""
+    boat = make_boat(with_inertial(revolt, "broken", "imu", "other"))
+    duty: CalibrationDuty = boat.supervisor.calibration
+    assert duty.request(CalibrationKind.LEVEL, boat.now_s).accepted
+    for _ in range(110):
+        boat.tick()
+        duty.take([pitched("imu", boat.now_s, 2.0), pitched("other", boat.now_s, bow_down_deg)], boat.now_s)
+    assert phase(boat) is CalibrationPhase.DONE
+    assert boat.parameters["SENS_BOARD_Y_OFF"] == pytest.approx(-2.0, abs=0.01)
+    assert "Level left out: broken is silent" in boat.texts()
+    assert boat.texts()[boat.texts().index("Level calibrated: roll 0.0, pitch -2.0 deg") + 1 :] == said
+
+
+def pitched(name: str, t_s: float, bow_down_deg: float) -> Imu:
+    pitch = math.radians(bow_down_deg)
+    return Imu(t_s, name, -9.81 * math.sin(pitch), 0.0, -9.81 * math.cos(pitch), 0.0, 0.0, 0.0)
+
+
+def with_inertial(config: VesselConfig, *names: str) -> VesselConfig:
+    """The boat with inertial sensors of these names in place of its own."""
+    imu = next(row for row in config.sensors if row.name == "imu")
+    others = tuple(row for row in config.sensors if row.name != "imu")
+    return replace(config, sensors=(*others, *(replace(imu, name=name) for name in names)))
+
+
 def test_a_result_may_wait_to_be_accepted(boat: Any) -> None:
     duty = boat.supervisor.calibration
     assert duty.accept(boat.now_s).accepted and phase(boat) is None

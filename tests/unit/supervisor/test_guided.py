@@ -80,3 +80,32 @@ def test_setpoints_of_links_without_guided_move_nothing(boat: Boat) -> None:
     for _ in range(3):
         give(boat, POINT, guided=False)
     assert boat.status.mode is ModeId.HOLD and not goes(boat)
+
+
+def test_it_is_shown_as_guided_also_on_its_way_to_points(boat: Boat) -> None:
+    """Scripts wait for the mode that they asked for, and end a go-to where it is another: DroneKit's examples."""
+    waiting(boat)
+    assert boat.status.guided
+    give(boat, POINT)
+    boat.step(2.0)
+    assert boat.supervisor.go_to(*boat.point(10.0, 0.0), None, None, boat.now_s).accepted
+    boat.step(2.0)
+    assert boat.status.guided and boat.status.mode is ModeId.HOLD
+
+
+@pytest.mark.parametrize("mode", [ModeId.HOLD, ModeId.MANUAL, ModeId.RTL])
+def test_another_choice_is_shown_as_it_is(boat: Boat, mode: ModeId) -> None:
+    waiting(boat)
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted
+    boat.step()
+    assert not boat.status.guided
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step()
+    assert not boat.status.guided
+
+
+def test_a_failsafe_that_changes_the_mode_is_shown_as_it_is(boat: Boat) -> None:
+    waiting(boat)
+    boat.wet = True
+    boat.step(2.0)
+    assert boat.status.mode is ModeId.RTL and not boat.status.guided

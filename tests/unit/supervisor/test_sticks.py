@@ -142,12 +142,37 @@ def test_sticks_off_centre_at_arming_must_be_centred_once(boat: Boat) -> None:
     assert isinstance(boat.setpoint, ThrusterSetpoint) and boat.setpoint.thrusters[0].force_n < 0.0
 
 
-def test_sticks_that_appear_after_arming_are_obeyed(boat: Boat) -> None:
+def pushed(setpoint: Any) -> float:
+    """The force ahead, or the first thruster's, that sticks give."""
+    if isinstance(setpoint, ThrusterSetpoint):
+        return setpoint.thrusters[0].force_n
+    return 0.0 if isinstance(setpoint, NeutralSetpoint) else float(setpoint.wrench.surge_n)
+
+
+@pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.HEADING])
+def test_first_sticks_that_appear_off_centre_after_arming_must_be_centred_once(boat: Boat, mode: ModeId) -> None:
+    """A transmitter whose throttle rests at the bottom, switched on after arming, drove the boat full astern."""
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted and boat.supervisor.arm(boat.now_s).accepted
+    boat.step(1.0)
+    assert "sticks_off_centre" not in boat.names(), "no sticks were heard"
+    boat.rc = (0.0, -1.0, -1.0, 0.0, -1.0)
+    boat.step(2.0)
+    assert pushed(boat.setpoint) == 0.0 and boat.names().count("sticks_off_centre") == 1
+    boat.rc = (0.0, 0.0, -1.0, 0.0, -1.0)
+    boat.step()
+    boat.rc = (0.0, -1.0, -1.0, 0.0, -1.0)
+    boat.step()
+    assert pushed(boat.setpoint) < 0.0
+
+
+def test_first_sticks_that_appear_centred_after_arming_are_obeyed(boat: Boat) -> None:
     boat.supervisor.arm(boat.now_s)
     boat.step(1.0)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
     boat.sticks = (0.5, 0.0, 0.0)
     boat.step()
-    assert isinstance(boat.setpoint, ThrusterSetpoint)
+    assert isinstance(boat.setpoint, ThrusterSetpoint) and "sticks_off_centre" not in boat.names()
 
 
 def test_what_is_not_a_number_is_dropped(boat: Boat) -> None:

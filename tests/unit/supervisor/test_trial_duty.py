@@ -94,6 +94,38 @@ def test_the_operators_word_is_told_once_it_is_stored(boat: Boat, what: str) -> 
     assert "trial_decided" in boat.names()
 
 
+def test_an_accept_that_is_repeated_is_accepted_again_until_it_is_undone(boat: Boat) -> None:
+    """Its acknowledgement was lost: the second press of the button was refused, as if nothing had been accepted."""
+    trials = trials_of(boat, KnownTrials(at_once=False))
+    duty = boat.supervisor.trial_duty
+    _, ticket = duty.accept(boat.now_s)
+    assert duty.accept(boat.now_s)[1] is ticket and trials.done == ["accept"], "while it is stored"
+    trials.ticket.state, trials.proposal = Stored.DURABLE, None
+    boat.step(30.0)
+    outcome, _ = duty.accept(boat.now_s)
+    assert outcome.accepted and trials.done == ["accept"] and boat.names().count("trial_decided") == 1
+    assert duty.undo(boat.now_s)[0].accepted
+    assert not duty.accept(boat.now_s)[0].accepted
+
+
+def test_what_could_not_be_stored_is_accepted_anew(boat: Boat) -> None:
+    trials = trials_of(boat, KnownTrials(at_once=False))
+    boat.supervisor.trial_duty.accept(boat.now_s)
+    trials.ticket.state = Stored.FAILED
+    boat.step()
+    assert boat.supervisor.trial_duty.accept(boat.now_s)[0].accepted and trials.done == ["accept", "accept"]
+
+
+def test_a_model_found_after_that_is_another(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = trials_of(boat, KnownTrials())
+    boat.supervisor.trial_duty.accept(boat.now_s)
+    completed(boat, monkeypatch)
+    trials.runs.set_result(TrialFinding(True, 0.31))
+    boat.step()
+    assert boat.supervisor.trial_duty.accept(boat.now_s)[0].accepted
+    assert trials.done == ["accept", "identify", "accept"]
+
+
 def test_what_an_operator_has_set_otherwise_is_told_to_stay(boat: Boat) -> None:
     """It outlasts the accepted model, which nobody was told."""
     trials = trials_of(boat, KnownTrials())

@@ -35,7 +35,7 @@ _NOT_STORED_YET = Answer(Outcome(Result.FAILED, "In force but not stored yet: th
 
 @dataclass(slots=True)
 class _Last:
-    """The command that a peer sent last, other than to read, and the supervisor's version after it."""
+    """The command that a peer sent last, other than to read, when it was answered, and the version then."""
 
     key: bytes
     outcome: Outcome
@@ -94,7 +94,7 @@ class CommandService:
         """Acknowledge commands that are stored, or refuse those that could not be."""
         for one in [one for one in self._unstored if not one.ticket.pending]:
             self._unstored.remove(one)
-            self._settle(one)
+            self._settle(one, now_s)
 
     def _on_long(self, message: Any, peer: Peer, now_s: float) -> None:
         m = message
@@ -135,34 +135,35 @@ class CommandService:
             return
         result = handler(request)
         if isinstance(result, Outcome):
-            self._conclude(request, Answer(result), tell=False)
+            self._conclude(request, Answer(result), request.now_s, tell=False)
         elif result.outcome.accepted and (ticket := self._ticket_of(result)) is not None:
             self._wait(_Unstored(request, result, ticket, request.now_s + PATIENCE_S * self._hub.patience))
         elif not result.later:
-            self._conclude(request, result)
+            self._conclude(request, result, request.now_s)
 
     def _ticket_of(self, answer: Answer) -> Ticket | None:
         return self._hub.vessel.storage.parameters() if answer.sets_parameters else answer.stored
 
-    def _conclude(self, request: CommandRequest, answer: Answer, tell: bool = True) -> None:
-        self._remember(request, answer.outcome)
+    def _conclude(self, request: CommandRequest, answer: Answer, now_s: float, tell: bool = True) -> None:
+        self._remember(request, answer.outcome, now_s)
         self._acknowledge(request, answer.outcome)
         if tell:
             self._tell(answer, request.peer)
 
     def _wait(self, one: _Unstored) -> None:
         """Answer when it is stored: now, or in one of the next updates. Of too many, the oldest are answered now."""
+        now_s = one.request.now_s
         if not one.ticket.pending:
-            self._settle(one)
+            self._settle(one, now_s)
             return
         self._unstored.append(one)
         if len(self._unstored) > _MOST_UNSTORED:
-            self._conclude(self._unstored.pop(0).request, _NOT_STORED_YET)
+            self._conclude(self._unstored.pop(0).request, _NOT_STORED_YET, now_s)
 
-    def _settle(self, one: _Unstored) -> None:
+    def _settle(self, one: _Unstored, now_s: float) -> None:
         """The ticket of a command is settled: answer it."""
         failed = Answer(Outcome(Result.FAILED, f"{one.answer.unstored}: {one.ticket.reason}"))
-        self._conclude(one.request, one.answer if one.ticket.durable else failed)
+        self._conclude(one.request, one.answer if one.ticket.durable else failed, now_s)
 
     def _tell(self, answer: Answer, peer: Peer) -> None:
         for message in answer.messages:
@@ -190,12 +191,12 @@ class CommandService:
         overtaken = request.now_s - last.at_s > REPEAT_S or last.version != self._supervisor.version
         return None if overtaken or not last.outcome.accepted else last.outcome
 
-    def _remember(self, request: CommandRequest, outcome: Outcome) -> None:
+    def _remember(self, request: CommandRequest, outcome: Outcome, now_s: float) -> None:
         if request.command in READING:
             return
         if len(self._last) >= _MOST_PEERS and request.peer not in self._last:
             self._last.pop(next(iter(self._last)))
-        self._last[request.peer] = _Last(request.key, outcome, request.now_s, self._supervisor.version)
+        self._last[request.peer] = _Last(request.key, outcome, now_s, self._supervisor.version)
 
     def _on_set_mode(self, message: Any, peer: Peer, now_s: float) -> None:
         """SET_MODE (#11): no acknowledgement exists, so a refusal is said. Its armed bit means nothing."""

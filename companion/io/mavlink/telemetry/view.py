@@ -38,7 +38,9 @@ class View:
         return int(self.now_s * 1000.0) & 0xFFFFFFFF
 
     def custom_mode(self, persona: Persona, mode: ModeId) -> int:
-        """The number of `mode` as the clients of that persona should see it."""
+        """The number of `mode` as clients of that persona should see it; they see Guided that holds as Guided."""
+        if self.status.guided and persona.offboard_may_wait and mode is ModeId.HOLD:
+            mode = ModeId.OFFBOARD
         return persona.custom_mode(mode, self.modes_asked.get(persona))
 
     @property

@@ -37,6 +37,12 @@ def test_depth_by_hand() -> None:
     assert read(sentence("SDDPT,,0.5")) == [] == read(sentence("SDDBT,,f,,M,,F")) == read(sentence("SDDPT,-3.0,0.5"))
 
 
+def test_a_depth_of_zero_means_that_no_bottom_is_found() -> None:
+    """No transducer measures 0 m below itself. The boat fled from shallow water that was too deep for its sounder."""
+    assert read(sentence("SDDPT,0.0,0.5")) == [] == read(sentence("SDDBT,0.0,f,0.0,M,0.0,F"))
+    assert read(sentence("SDDPT,0.1,0.5")) == [Depth(1.0, "gnss", 0.1, 0.5)]
+
+
 def test_relative_wind_by_hand() -> None:
     assert read(VWR) == [Wind(1.0, "gnss", pytest.approx(0.51), pytest.approx(math.radians(75.0)))]
     assert read(sentence("IIVWR,30.0,L,10.0,N,,M,,K")) == [

@@ -19,7 +19,9 @@ def ahead(offset_s: float, rate: float = 0.0) -> Spoil:
     return spoil
 
 
-@pytest.mark.parametrize(("offset_s", "found"), [(0.3, False), (0.6, True), (-1.0, True), (3600.0, True)])
+@pytest.mark.parametrize(
+    ("offset_s", "found"), [(0.3, False), (0.6, True), (-1.5, True), (1.0, True), (-60.0, True), (3600.0, True)]
+)
 def test_jumps(offset_s: float, found: bool) -> None:
     passage = Passage(TimeWrong(), Boat())
     passage.go(5.0)
@@ -27,6 +29,16 @@ def test_jumps(offset_s: float, found: bool) -> None:
     assert bool(findings) is found
     assert all(finding.fault == f"is off by {offset_s:.1f} s" for _, finding in findings)
     assert passage.go(1.0) == [], "it is over when the time is as it was"
+
+
+@pytest.mark.parametrize("seconds", [1, 3, 18])
+def test_leap_seconds_are_no_lie_once(seconds: int) -> None:
+    """A receiver switched on minutes ago gets the almanac: its time was refused for the rest of the voyage, so that the
+    wrong one from before stood. A leap second likewise."""
+    passage = Passage(TimeWrong(), Boat())
+    passage.go(5.0)
+    assert passage.go(60.0, ahead(-float(seconds))) == []
+    assert passage.go(5.0, ahead(-2.0 * seconds)), "no receiver learns that twice"
 
 
 @pytest.mark.parametrize(("rate", "found"), [(1e-4, False), (0.02, True)])

@@ -57,6 +57,18 @@ def test_the_word_is_acknowledged_once_it_is_stored(rig: Rig, param2: float, wha
     assert results(rig.ask()) == [ACCEPTED]
 
 
+def test_a_repetition_after_slow_storing_is_only_acknowledged_again(rig: Rig) -> None:
+    """Counted from the command, the boat undid a second model for a client whose acknowledgement was lost."""
+    ticket = Ticket()
+    asked = word(rig, DONE, ticket)
+    rig.command(USER_5, 0.0, 2.0)
+    rig.run(4.0)
+    ticket.state = Stored.DURABLE
+    rig.ask()
+    rig.run(0.5)
+    assert results(rig.command(USER_5, 0.0, 2.0))[-1] == ACCEPTED and asked == ["undo"]
+
+
 def test_what_could_not_be_stored_has_failed(rig: Rig) -> None:
     ticket = Ticket()
     word(rig, DONE, ticket)
