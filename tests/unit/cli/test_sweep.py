@@ -188,12 +188,16 @@ def test_a_value_that_the_scenario_refuses_ends_the_sweep(tmp_path: Path) -> Non
     assert found(tmp_path) == []
 
 
+def test_an_address_without_a_port_is_refused(tmp_path: Path) -> None:
+    """Dask's client left a stack trace behind."""
+    with pytest.raises(SweepError, match="--scheduler shore-computer: write tcp://HOST:PORT"):
+        sail_it(tmp_path, "--scheduler", "shore-computer")
+
+
 def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(SweepError, match=r"pip install 'usv-companion\[sweep\]'"):
         sail_it(tmp_path, "--scheduler", "tcp://127.0.0.1:1")
-    with pytest.raises(SweepError, match="--scheduler shore-computer: write tcp://HOST:PORT"):
-        sail_it(tmp_path, "--scheduler", "shore-computer")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(SweepError, match=r"pip install 'usv-companion\[sweep\]'"):
         sail_it(tmp_path)
