@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from sitl.sweep.rows import Journal
     from sitl.sweep.sailing import Sail, Workers
 
+_COMPARE = "choose another --out, and compare both by `companion sweep report DIR --against DIR2`"
+
 
 def add_crew_to(parser: argparse.ArgumentParser) -> None:
     """Add the options that say who sails."""
@@ -92,13 +94,14 @@ def workers_of(arguments: argparse.Namespace, sail: Sail, folder: Path, most: in
         workers.close()
 
 
-def refuse_other_commit(journal: Journal, folder: Path, commit: str) -> None:
-    """Raises SweepError where the folder holds runs of another commit."""
+def refuse_other_code(journal: Journal, folder: Path, commit: str) -> None:
+    """Raises SweepError where the folder holds runs of another commit, or with a vessel as its file was before."""
+    from sitl.sweep.plan import vessel_changed
     from sitl.sweep.rows import SweepError
 
+    changed = sorted({row.vessel for row in journal.rows.values() if vessel_changed(row.key, row.run)})
+    if changed:
+        raise SweepError(f"{folder}: holds runs with {', '.join(changed)} before its file changed; {_COMPARE}")
     others = sorted({row.commit for row in journal.rows.values()} - {commit})
     if others:
-        raise SweepError(
-            f"{folder}: holds runs of {', '.join(others)}, and this is {commit}; choose another --out, and compare "
-            "both by `companion sweep report DIR --against DIR2`"
-        )
+        raise SweepError(f"{folder}: holds runs of {', '.join(others)}, and this is {commit}; {_COMPARE}")

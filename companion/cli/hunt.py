@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from companion.analysis.capability import capability
 from companion.cli.common import UsageError
-from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
+from companion.cli.crew import Ending, add_crew_to, refuse_other_code, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep import sail
 from companion.config.top_speed import top_speed_mps
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 _HUNTS = Path("out") / "hunts"
 _MINUTES = 10.0
+_SEEDS = 2**31  # numpy's generator takes twice as many; a search counts its own up from it
 _HELD_MPS = 8.0  # wind for a boat that has no capability: jets and rudders keep a circle, not a point
 _DIRECTIONS, _STEP_MPS = 12, 0.02
 FINDINGS = "findings.json"
@@ -102,6 +103,8 @@ def _hunt(arguments: argparse.Namespace) -> int:
     """Exit code 0 where no property is violated, else 1."""
     if arguments.runs is not None and arguments.runs < 1:
         raise UsageError(f"--runs {arguments.runs}: must be at least 1")
+    if not 0 <= arguments.seed < _SEEDS:
+        raise UsageError(f"--seed {arguments.seed}: 0 to {_SEEDS - 1}")
     minutes = arguments.minutes
     arguments.minutes = _MINUTES if minutes is None and arguments.runs is None else minutes
     return sail_to_the_end(arguments, lambda interrupted: hunt(arguments, sail, interrupted))
@@ -122,7 +125,7 @@ def hunt(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], bo
     name = scenario.name if vessel == scenario.vessel else f"{scenario.name}-{Path(vessel).stem}"
     folder = arguments.out or _HUNTS / name / commit()
     with Journal(folder) as journal:
-        refuse_other_commit(journal, folder, commit())
+        refuse_other_code(journal, folder, commit())
         print(f"hunt {scenario.name} with {vessel}: {folder}", flush=True)
         try:
             findings, rows = _hunted(arguments, sail, Ending(arguments.minutes, interrupted), journal, search, box)
@@ -147,11 +150,12 @@ def _known(name: str) -> Scenario:
 def _box(arguments: argparse.Namespace, scenario: Scenario, vessel: str, interrupted: Callable[[], bool]) -> Box:
     """The box. Raises ConfigError for a vessel file with errors, UsageError for a boat that cannot do the scenario."""
     from sitl.hunt.box import Box
+    from sitl.hunt.search import BROKE_OFF
     from sitl.scenarios.safety import PROPERTIES
     from sitl.scenarios.scenario import refusal, settings_for
 
-    if arguments.prop is not None and arguments.prop not in PROPERTIES:
-        raise UsageError(f"--property {arguments.prop}: one of {', '.join(PROPERTIES)}")
+    if arguments.prop is not None and arguments.prop not in (names := (*PROPERTIES, BROKE_OFF)):
+        raise UsageError(f"--property {arguments.prop}: one of {', '.join(names)}")
     config = load(find(vessel))
     refused = refusal(scenario, config, settings_for(scenario, vessel, config, {}))
     if refused is not None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.cli.common import UsageError, typed
-from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
+from companion.cli.crew import Ending, add_crew_to, refuse_other_code, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep_progress import SweepProgress
 from companion.config.vessel import ConfigError, text_of
@@ -100,7 +100,7 @@ def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], b
     folder = arguments.out or _SWEEPS / design.name / commit()
     minutes = design.minutes if arguments.minutes is None else arguments.minutes
     with Journal(folder) as journal:
-        refuse_other_commit(journal, folder, commit())
+        refuse_other_code(journal, folder, commit())
         (folder / "design.toml").write_text(text, encoding="utf-8")
         left = pending(runs, journal.rows, commit())
         before = f", {len(runs) - len(left)} of them before" if len(left) < len(runs) else ""

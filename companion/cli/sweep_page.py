@@ -21,7 +21,7 @@ from companion.analysis.report_facts import plain
 from companion.analysis.report_page import document, figure
 from companion.core.progress import Told
 from sitl.sweep.statistics import CONFIDENCE, Estimated
-from sitl.sweep.summary import Comparison, PointSummary, compared, values_of
+from sitl.sweep.summary import Comparison, PointSummary, compared_by
 
 if TYPE_CHECKING:
     from sitl.sweep.rows import Row
@@ -34,8 +34,9 @@ _MOST_CURVES = 8
 _BINS = 30
 _ROUNDING = 1e-12
 _HINT = (
-    f"Intervals hold {100.0 * CONFIDENCE:.0f} %: of failures Wilson's, of percentiles by bootstrap. The margin is how "
-    "far the check nearest to failing was from its limit, as a share of the limit; below 0 it failed."
+    f"Intervals hold {100.0 * CONFIDENCE:.0f} %: of failures Wilson's, of percentiles by order statistics, with ? for "
+    "an end that so few runs do not tell. The margin is how far the check nearest to failing was from its limit, as a "
+    "share of the limit; below 0 it failed."
 )
 _PAIRED = (
     "Pairs have the same scenario, vessel, settings, faults and seed. Medians: Wilcoxon's signed-rank test, p adjusted "
@@ -44,16 +45,10 @@ _PAIRED = (
 
 
 def compare_by(rows: Sequence[Row], key: str) -> dict[str, Sequence[Comparison]]:
-    """Each value of a setting against the first one. Raises SweepError where there are not two."""
-    from sitl.sweep.rows import SweepError
-
-    first, *others = values_of(rows, key)
-    if not others:
-        raise SweepError(f"--by {key}: all runs have the same, {first or 'the default'}")
-    of = {value: [row for row in rows if row.settings.get(key, "") == value] for value in (first, *others)}
+    """Each value of a setting against the first one, by what is compared. Raises SweepError where there are not two."""
     return {
-        f"{key}={value or 'default'} against {key}={first or 'default'}": compared(of[first], of[value], key)
-        for value in others
+        f"{key}={value or 'default'} against {key}={first or 'default'}": found
+        for (value, first), found in compared_by(rows, key).items()
     }
 
 
@@ -278,7 +273,8 @@ def _percent(rate: Estimated) -> str:
 
 
 def _estimated(value: Estimated) -> str:
-    return f"{figure(value.value)} ({figure(value.low)} to {figure(value.high)})"
+    low, high = (figure(end) if math.isfinite(end) else "?" for end in (value.low, value.high))
+    return f"{figure(value.value)} ({low} to {high})"
 
 
 def _which(row: Row) -> str:

@@ -21,6 +21,7 @@ from companion.scripting.values import Item, State, moved
 
 _WORDS = {1: "not now", 2: "denied", 3: "not supported", 4: "failed", 6: "cancelled"}
 _CHANGE_MODE = 1.0
+_LONGEST_NAME = 16  # of a parameter, by MAVLink
 # bits of a setpoint's mask that say what to leave out
 _NO_PLACE, _NO_VELOCITY, _NO_ACCELERATION = 0b111, 0b111 << 3, 0b111 << 6
 _NO_YAW, _NO_RATE = 1 << 10, 1 << 11
@@ -86,9 +87,9 @@ class Boat:
         self._client.events.clear()
         return events
 
-    def say(self, text: str) -> None:
-        """Tell people, as a text of the boat. One a second at most, of 100 characters; more are left out."""
-        self._client.door.tell("say", text)
+    def say(self, text: object) -> None:
+        """Tell people, as a text (or number) of the boat. One a second, of 100 characters; the rest is left out."""
+        self._client.door.tell("say", str(text))
 
     # --- commands --------------------------------------------------------------------------------------------------
 
@@ -163,26 +164,34 @@ class Boat:
     # --- parameters ------------------------------------------------------------------------------------------------
 
     def parameter(self, name: str) -> float:
-        """The value of a parameter."""
-        client = self._client
-        message = mavlink.MAVLink_param_request_read_message(client.boat_system, BOAT_COMPONENT, name.encode()[:16], -1)
-        return decoded(client.ask(message, lambda m: _is_value(m, name), f"parameter {name}"))
+        """The value of a parameter. Raises ScriptError where there is none of that name."""
+        return decoded(self._known(name))
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Set a parameter. Raises ScriptError where the boat keeps another value."""
+        """Set a parameter. Raises ScriptError where the boat keeps another value, or has none of that name."""
         client = self._client
-        request = mavlink.MAVLink_param_request_read_message(client.boat_system, BOAT_COMPONENT, name.encode()[:16], -1)
-        known = client.ask(request, lambda m: _is_value(m, name), f"parameter {name}")
-        if known.param_type != mavlink.MAV_PARAM_TYPE_REAL32 and value != round(value):
+        known = self._known(name)
+        if known.param_type != mavlink.MAV_PARAM_TYPE_REAL32 and not _is_whole(value):
             raise ScriptError(f"{name} takes whole numbers, not {value:g}")
         raw = encoded(known.param_type, value)
         setting = mavlink.MAVLink_param_set_message(
-            client.boat_system, BOAT_COMPONENT, name.encode()[:16], raw, known.param_type
+            client.boat_system, BOAT_COMPONENT, name.encode(), raw, known.param_type
         )
-        answer = client.ask(setting, lambda m: _is_value(m, name) or m.get_type() == "PARAM_ERROR", f"parameter {name}")
+        answer = client.ask(setting, lambda m: _is_of(m, name), f"parameter {name}")
         kept = decoded(answer) if answer.get_type() == "PARAM_VALUE" else math.nan
         if not math.isclose(kept, value, rel_tol=1e-6, abs_tol=1e-9):
             raise ScriptError(client.reason(f"{name} is not set to {value:g}"))
+
+    def _known(self, name: str) -> Any:
+        """The PARAM_VALUE of a parameter."""
+        client, unknown = self._client, ScriptError(f"no parameter {name}")
+        if not name.isascii() or not 0 < len(name) <= _LONGEST_NAME:
+            raise unknown
+        message = mavlink.MAVLink_param_request_read_message(client.boat_system, BOAT_COMPONENT, name.encode(), -1)
+        answer = client.ask(message, lambda m: _is_of(m, name), f"parameter {name}")
+        if answer.get_type() == "PARAM_ERROR":
+            raise unknown
+        return answer
 
     # --- Offboard --------------------------------------------------------------------------------------------------
 
@@ -233,5 +242,11 @@ class Boat:
         return moved(lat_deg, lon_deg, north_m, east_m)
 
 
-def _is_value(message: Any, name: str) -> bool:
-    return bool(message.get_type() == "PARAM_VALUE" and message.param_id == name)
+def _is_of(message: Any, name: str) -> bool:
+    """Whether a message tells of that parameter: its value, or why there is none."""
+    return message.get_type() in ("PARAM_VALUE", "PARAM_ERROR") and bool(message.param_id == name)
+
+
+def _is_whole(value: float) -> bool:
+    """Whether a parameter of MAVLink's INT32 holds it."""
+    return abs(value) < 2.0**31 and value == round(value)

@@ -30,7 +30,11 @@ class Finding:
 
 
 class TimeOver(Exception):
-    """The hunt may begin no further run."""
+    """The hunt may begin no further run. `rows`: of the runs that were asked for, those that are there."""
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        super().__init__()
+        self.rows = rows
 
 
 class Sailor:
@@ -53,9 +57,10 @@ class Sailor:
             new = new[: max(0, self._most - len(self._rows))]
         for row in self._sail(new) if new else ():
             self._rows[row.run] = row
-        if any(run not in self._rows for run in runs):
-            raise TimeOver
-        return [self._rows[run] for run in runs]
+        rows = [self._rows[run] for run in runs if run in self._rows]
+        if len(rows) < len(runs):
+            raise TimeOver(rows)
+        return rows
 
 
 def hunt(
@@ -69,22 +74,31 @@ def hunt(
     """Hunt until the time is over. `places`: runs at a time; `tell` is told each finding, `on_row` each row of the
     search."""
     findings: list[Finding] = []
+    over = False
+    while not over:
+        asked = [search.ask() for _ in range(_BATCH * places)]
+        rows, over = _as_many_as_there_are(sailor, [run for _, run in asked])
+        of_run = {row.run: row for row in rows}
+        for number, run in asked:
+            if run in of_run:
+                search.tell(number, margins_of(of_run[run]))
+                on_row(of_run[run])
+        for row in rows:
+            for prop in violations(row):
+                if not search.is_known(prop, row.run):
+                    finding = _shrunk(prop, row, sailor, defaults, places)
+                    findings.append(finding)
+                    search.know(Known(prop, fault_names(finding.run)))
+                    tell(finding)
+    return findings
+
+
+def _as_many_as_there_are(sailor: Sailor, runs: Sequence[Run]) -> tuple[Sequence[Row], bool]:
+    """The rows of runs, and whether the time was over before all of them were there."""
     try:
-        while True:
-            asked = [search.ask() for _ in range(_BATCH * places)]
-            rows = sailor([run for _, run in asked])
-            for (number, _), row in zip(asked, rows, strict=True):
-                search.tell(number, margins_of(row))
-                on_row(row)
-            for row in rows:
-                for prop in violations(row):
-                    if not search.is_known(prop, row.run):
-                        finding = _shrunk(prop, row, sailor, defaults, places)
-                        findings.append(finding)
-                        search.know(Known(prop, fault_names(finding.run)))
-                        tell(finding)
-    except TimeOver:
-        return findings
+        return sailor(runs), False
+    except TimeOver as over:
+        return over.rows, True
 
 
 def _shrunk(prop: str, row: Row, sailor: Sailor, defaults: Mapping[str, str], places: int) -> Finding:
@@ -93,9 +107,11 @@ def _shrunk(prop: str, row: Row, sailor: Sailor, defaults: Mapping[str, str], pl
 
     def lasts(runs: Sequence[Run]) -> list[bool]:
         nonlocal best
-        rows = sailor(runs)
+        rows, over = _as_many_as_there_are(sailor, runs)
         answers = [prop in violations(one) for one in rows]
         best = next((one for one, yes in zip(rows, answers, strict=True) if yes), best)
+        if over:
+            raise TimeOver(rows)
         return answers
 
     with contextlib.suppress(TimeOver):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import queue
+import re
 import tempfile
 import zipfile
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from sitl.sweep.rows import Row, SweepError
 from sitl.sweep.sailing import LOGS, Died, Sail, sailed
 
 _CONNECTING_S = 5.0
+_ADDRESS = re.compile(r"(\w+://)?\S+:\d+/?")
 DASK_MISSING = "--scheduler needs Dask: pip install 'usv-companion[sweep]'"
 
 
@@ -28,6 +30,8 @@ class ClusterWorkers:
             import distributed
         except ImportError as error:
             raise SweepError(DASK_MISSING) from error
+        if not _ADDRESS.fullmatch(scheduler):
+            raise SweepError(f"--scheduler {scheduler}: write tcp://HOST:PORT")
         self._scheduler, self._sail, self._folder, self._keep = scheduler, sail, folder, keep
         client: Any = distributed.Client  # has no types
         try:

@@ -141,8 +141,15 @@ def _range_problems(part: PartConfig) -> Iterator[Problem]:
     for name, limits in part.ranges.items():
         if limits.low >= limits.high:
             yield ("range", name, "high"), f"{limits.high:g} is not above low = {limits.low:g}"
+        for key, end in (("low", limits.low), ("high", limits.high)):  # else rounding leaves the range
+            if round(end, limits.digits) != end:
+                yield ("range", name, key), f"{end:g} has more decimals than digits = {limits.digits}"
         if name in part.levels:
             yield ("range", name), "stands in levels too; a factor has either"
+    yield from _sample_problems(part)
+
+
+def _sample_problems(part: PartConfig) -> Iterator[Problem]:
     if part.ranges and part.samples is None:
         yield ("samples",), "is missing: how many points of the ranges are sampled"
     if not part.ranges and part.samples is not None:

@@ -13,7 +13,7 @@ from functools import cache
 from scipy.stats import qmc
 
 from companion.config.overlay import that_count
-from companion.config.vessel import bundled, find
+from companion.config.vessel import ConfigError, bundled, find
 from sitl.scenarios.scenario import Scenario
 from sitl.sweep.design import DesignConfig, PartConfig, Value, fields_in, text_of
 
@@ -49,6 +49,14 @@ def key_of(run: Run) -> str:
     """What tells a run from all others: 16 hexadecimal digits. A vessel that is a file counts with its contents."""
     text = json.dumps([run.scenario, run.vessel, contents_of(run.vessel), run.seed, run.settings, run.faults])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def vessel_changed(key: str, run: Run) -> bool:
+    """Whether `run`, sailed under that key, had a vessel whose file says something else now, or is gone."""
+    try:
+        return key_of(run) != key
+    except (ConfigError, OSError):
+        return True
 
 
 @cache

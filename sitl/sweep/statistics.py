@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,6 @@ from scipy import stats
 
 CONFIDENCE = 0.95
 PERCENTILES = (5.0, 50.0, 95.0)
-_RESAMPLES = 2000
-_SEED = 0  # of the bootstrap: the same rows give the same page
 _LEAST_PAIRS = 2
 
 Vector = NDArray[np.float64]
@@ -22,7 +19,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Estimated:
-    """A figure and its interval."""
+    """A figure and its interval. An end of it is infinite where so few values do not tell it."""
 
     value: float
     low: float
@@ -61,21 +58,25 @@ def failure_rate(failures: int, count: int) -> Estimated:
 
 
 def percentiles(values: Sequence[float]) -> tuple[Estimated, ...]:
-    """The 5th, 50th and 95th percentile, each with its bootstrap interval (percentile method)."""
-    return _bootstrapped(np.asarray(values, dtype=float), PERCENTILES)
+    """The 5th, 50th and 95th percentile, each with its interval, which holds for any distribution: a median's has both
+    ends from 6 values on, the others' from 72 on. Source: order statistics, Conover (1999), section 3.2."""
+    return _with_intervals(np.asarray(values, dtype=float), PERCENTILES)
 
 
 def paired(name: str, first: Sequence[float], second: Sequence[float]) -> Paired | None:
-    """How the second values differ from the first, pair by pair: Wilcoxon's signed-rank test. Pairs with a value that
-    is not finite do not count; None with fewer than two pairs."""
+    """How the second values differ from the first, pair by pair: Wilcoxon's signed-rank test, of which equal pairs are
+    no part. Pairs with a value that is not finite do not count; None with fewer than two pairs."""
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     whole = np.isfinite(a) & np.isfinite(b)
     a, b = a[whole], b[whole]
     if len(a) < _LEAST_PAIRS:
         return None
     differences = b - a
-    p = float(stats.wilcoxon(differences).pvalue) if np.any(differences) else 1.0
-    (middle,) = _bootstrapped(differences, (50.0,))
+    unequal = differences[
+        differences != 0.0
+    ]  # with equal ones among them, scipy takes the approximation for many pairs
+    p = float(stats.wilcoxon(unequal).pvalue) if len(unequal) else 1.0
+    (middle,) = _with_intervals(differences, (50.0,))
     return Paired(name, len(a), float(np.median(a)), float(np.median(b)), middle, p)
 
 
@@ -105,23 +106,16 @@ def influences(factors: Mapping[str, Sequence[float]], values: Sequence[float]) 
     return found
 
 
-def _bootstrapped(values: Vector, wanted: Sequence[float]) -> tuple[Estimated, ...]:
-    middle = np.percentile(values, wanted)
-    if len(values) < _LEAST_PAIRS or np.ptp(values) == 0.0:
-        return tuple(Estimated(float(value), float(value), float(value)) for value in middle)
-
-    def statistic(sample: Vector, axis: int = -1) -> Any:
-        return np.percentile(sample, wanted, axis=axis)
-
-    interval = stats.bootstrap(
-        (values,),
-        statistic,
-        confidence_level=CONFIDENCE,
-        n_resamples=_RESAMPLES,
-        batch=500,
-        vectorized=True,
-        method="percentile",
-        rng=np.random.default_rng(_SEED),
-    ).confidence_interval
-    limits = zip(middle, np.atleast_1d(interval.low), np.atleast_1d(interval.high), strict=True)
-    return tuple(Estimated(float(value), float(low), float(high)) for value, low, high in limits)
+def _with_intervals(values: Vector, wanted: Sequence[float]) -> tuple[Estimated, ...]:
+    ordered, tail = np.sort(values), 0.5 * (1.0 - CONFIDENCE)
+    found = []
+    for percent in wanted:
+        low, high = (int(stats.binom.ppf(share, len(ordered), percent / 100.0)) for share in (tail, 1.0 - tail))
+        found.append(
+            Estimated(
+                float(np.percentile(ordered, percent)),
+                float(ordered[low - 1]) if low > 0 else -math.inf,
+                float(ordered[high]) if high < len(ordered) else math.inf,
+            )
+        )
+    return tuple(found)

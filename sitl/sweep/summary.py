@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from companion.core.nearest import did_you_mean
 from sitl.sweep.rows import Row, SweepError
 from sitl.sweep.statistics import (
     Estimated,
@@ -72,7 +73,9 @@ def summaries(rows: Iterable[Row]) -> list[PointSummary]:
 def compared(first: Sequence[Row], second: Sequence[Row], by: str | None = None) -> list[Comparison]:
     """The second set of runs against the first, point by point. `by`: a setting that differs between both, which is
     left out in pairing. Every p is adjusted for all tests of metrics. Raises SweepError where one set has several
-    values of it."""
+    values of it, or none has it."""
+    if by is not None:
+        _judge_setting([*first, *second], by)
     ours, theirs = _by_pair(first, by), _by_pair(second, by)
     groups: dict[str, list[tuple[Row, Row]]] = {}
     for pair, row in ours.items():
@@ -82,15 +85,41 @@ def compared(first: Sequence[Row], second: Sequence[Row], by: str | None = None)
         _point_without(row.point, by) for pair, row in {**theirs, **ours}.items() if (pair in ours) != (pair in theirs)
     ]
     found = [_comparison(point, pairs, lonely.count(point)) for point, pairs in groups.items()]
-    every = iter(adjusted([metric.p for one in found for metric in one.metrics]))
+    return adjusted_together([found])[0]
+
+
+def compared_by(rows: Sequence[Row], key: str) -> dict[tuple[str, str], list[Comparison]]:
+    """Each value of a setting, first in the key, against the one that comes first in the rows, second in the key.
+    Every p is adjusted for all tests of metrics of all of them. Raises SweepError where there are not two values."""
+    first, *others = values_of(rows, key)
+    if not others:
+        raise SweepError(f"--by {key}: all runs have the same, {first}")
+    of = {value: [row for row in rows if row.settings.get(key, "") == value] for value in (first, *others)}
+    found = adjusted_together([compared(of[first], of[value], key) for value in others])
+    return {(value, first): one for value, one in zip(others, found, strict=True)}
+
+
+def adjusted_together(sets: Sequence[Sequence[Comparison]]) -> list[list[Comparison]]:
+    """The comparisons of a page, every p adjusted for all of their tests of metrics."""
+    every = iter(adjusted([metric.p for found in sets for one in found for metric in one.metrics]))
     return [
-        replace(one, metrics=tuple(replace(metric, adjusted=next(every)) for metric in one.metrics)) for one in found
+        [replace(one, metrics=tuple(replace(metric, adjusted=next(every)) for metric in one.metrics)) for one in found]
+        for found in sets
     ]
 
 
-def values_of(rows: Iterable[Row], key: str) -> list[str]:
-    """The values of a setting, in order of their first rows; empty text where a row leaves it at its default."""
+def values_of(rows: Sequence[Row], key: str) -> list[str]:
+    """The values of a setting, in order of their first rows; empty text where a row leaves it at its default. Raises
+    SweepError for a setting that no row has."""
+    _judge_setting(rows, key)
     return list(dict.fromkeys(row.settings.get(key, "") for row in rows))
+
+
+def _judge_setting(rows: Sequence[Row], key: str) -> None:
+    names = sorted({name for row in rows for name in row.settings})
+    if key not in names:
+        there = f"those that are set: {', '.join(names)}" if names else "no run sets any"
+        raise SweepError(f"--by {key}: no run sets that; {there}{did_you_mean(key, names)}")
 
 
 def _by_point(rows: Iterable[Row]) -> dict[str, list[Row]]:

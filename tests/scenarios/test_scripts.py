@@ -87,12 +87,27 @@ def test_what_the_boat_refuses_is_raised_with_its_words(boat: Boat) -> None:
         boat.upload([item(5555)])
     with pytest.raises(ScriptError, match="no mode 'Fly'; there is Manual, Forces"):
         boat.set_mode("Fly")
+    for name in ("WP_SPED", "WP_SPEED_THAT_IS_LONG", "", "Größe"):
+        with pytest.raises(ScriptError, match=f"^no parameter {name}$"):
+            boat.parameter(name)
+        with pytest.raises(ScriptError, match=f"^no parameter {name}$"):
+            boat.set_parameter(name, 1.0)
+    for value in (math.nan, math.inf, 1e12):
+        with pytest.raises(ScriptError, match="NAV_DLL_ACT takes whole numbers"):
+            boat.set_parameter("NAV_DLL_ACT", value)
     with pytest.raises(ScriptError, match="NAV_DLL_ACT takes whole numbers"):
         boat.set_parameter("NAV_DLL_ACT", 0.5)
     with pytest.raises(ScriptError, match="not supported"):
         boat.command(42000)
-    with pytest.raises(ScriptError, match="does not answer"):
+    begun_s = boat.state.t_s
+    with pytest.raises(ScriptError, match=r"^no parameter NO_SUCH_NAME$"):
         boat.parameter("NO_SUCH_NAME")
+    assert boat.state.t_s - begun_s < 1.0, "it does not wait for an answer that has come"
+
+
+def test_a_number_can_be_told(boat: Boat, door: LockstepDoor) -> None:
+    boat.say(7.5)
+    assert door.told == [("say", "7.5")]
 
 
 def test_parameters_of_both_kinds_are_set(boat: Boat) -> None:

@@ -63,6 +63,8 @@ def test_a_hunt_that_was_cut_off_asks_the_same_again_and_sails_only_the_rest(
         (["holt"], "did you mean 'hold'"),
         (["hold", "--property", "fense"], "--property fense: one of fence"),
         (["hold", "--runs", "0"], "--runs 0: must be at least 1"),
+        (["hold", "--seed", "-3"], "--seed -3: 0 to"),
+        (["hold", "--property", "broke-off"], "return, broke_off"),
         (["hold", "--minutes", "-1"], "--minutes -1: must be above 0"),
         (["hold", "--vessel", "otter"], "hold is not for otter"),
         (["ahrs", "--vessel", "blueboat"], "ahrs is not for blueboat"),

@@ -16,8 +16,9 @@ import pytest
 from companion.cli.main import argument_parser, main
 from companion.cli.sweep import sweep
 from companion.cli.sweep_progress import SweepProgress
-from companion.config.vessel import ConfigError
+from companion.config.vessel import ConfigError, find
 from companion.core.progress import tell_nobody
+from sitl.sweep.plan import contents_of
 from sitl.sweep.rows import JOURNAL, PARQUET, Row, SweepError, read_parquet, write_parquet
 from sitl.sweep.sailing import Sail
 from tests.unit.sitl.sweep.fake_sails import TALE, sail, told_sail
@@ -104,6 +105,24 @@ def test_more_seeds_sail_only_what_is_new(tmp_path: Path) -> None:
     assert len((tmp_path / TALE).read_text(encoding="utf-8").splitlines()) == 8 == len(found(tmp_path))
 
 
+def test_a_boat_whose_file_changed_is_not_mixed_with_what_it_was(tmp_path: Path) -> None:
+    """The report counted the runs of both as one boat's."""
+    boat = tmp_path / "boat.toml"
+    boat.write_bytes(find("revolt").read_bytes())
+    text = DESIGN.replace('["hold"]', f'["hold"]\nvessels = ["{boat}"]')
+    assert sail_it(tmp_path, "--minutes", "60", text=text) == 1
+    before = found(tmp_path)
+    boat.write_text(boat.read_text(encoding="utf-8") + "# another one\n", encoding="utf-8")
+    contents_of.cache_clear()  # a process asks once
+    with pytest.raises(SweepError, match=r"boat\.toml before its file changed; choose another --out"):
+        sail_it(tmp_path, text=text)
+    boat.unlink()
+    contents_of.cache_clear()
+    with pytest.raises(SweepError, match="before its file changed"):
+        sail_it(tmp_path)
+    assert found(tmp_path) == before
+
+
 def test_no_run_is_begun_after_the_minutes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sail_it(tmp_path, "--minutes", "1e-9") == 0
     assert "0 of 20 runs sailed, 0 failed; the time is over" in capsys.readouterr().out
@@ -167,6 +186,12 @@ def test_a_value_that_the_scenario_refuses_ends_the_sweep(tmp_path: Path) -> Non
     with pytest.raises(SweepError, match=r"companion scenario run hold .*@north.*: "):
         sail_it(tmp_path, how=real, text=text)
     assert found(tmp_path) == []
+
+
+def test_an_address_without_a_port_is_refused(tmp_path: Path) -> None:
+    """Dask's client left a stack trace behind."""
+    with pytest.raises(SweepError, match="--scheduler shore-computer: write tcp://HOST:PORT"):
+        sail_it(tmp_path, "--scheduler", "shore-computer")
 
 
 def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -266,7 +291,11 @@ def test_the_values_of_a_setting_are_compared(tmp_path: Path, capsys: pytest.Cap
     assert main(["sweep", "report", str(tmp_path / "out"), "--by", "gnss"]) == 0
     assert "gnss=sbas against gnss=rtk" in capsys.readouterr().out
     assert main(["sweep", "report", str(tmp_path / "out"), "--by", "law"]) == 2
-    assert "--by law: all runs have the same, the default" in capsys.readouterr().err
+    assert "--by law: no run sets that; those that are set: gnss, wind" in capsys.readouterr().err
+    assert main(["sweep", "report", str(tmp_path / "out"), "--by", "gns"]) == 2
+    assert "did you mean 'gnss'" in capsys.readouterr().err
+    assert main(["sweep", "report", str(tmp_path / "out"), "--against", str(tmp_path / "out"), "--by", "law"]) == 2
+    assert "--by law: no run sets that" in capsys.readouterr().err
 
 
 def test_a_folder_without_a_sweep_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

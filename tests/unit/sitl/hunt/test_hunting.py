@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
 
 from sitl.hunt.hunting import Finding, Sailor, hunt
 from sitl.hunt.search import BROKE_OFF, Known, Search, counts, nearest, violations
@@ -76,3 +79,12 @@ def test_a_known_violation_is_known_with_more_faults_too() -> None:
     run = Run("hold", "revolt", 0, (), "", {}, ("gnss_lost@5+3", "imu_lost@9+3"))
     assert known.covers("fence", run) and not known.covers("leader", run)
     assert not Known("fence", frozenset({"leak"})).covers("fence", run)
+
+
+@pytest.mark.parametrize("runs", range(1, 8))
+def test_what_the_last_runs_violate_is_a_find_too(runs: int) -> None:
+    """The number of runs is no multiple of what is asked for together, which is 8 here: nobody looked at the last ones."""
+    made = box(faults=False)
+    sailor = Sailor(lambda some: [replace(row(run), safety={"fence": -1.0}) for run in some], runs)
+    (found,) = hunt(Search(made, 0), sailor, made.defaults, 4, lambda found: None)
+    assert len(sailor.rows) == runs and found.prop == "fence"

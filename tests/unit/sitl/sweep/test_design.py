@@ -54,6 +54,8 @@ def test_a_design_is_read() -> None:
         ('["rtk", "sbas"]', "[]", ":7: part[1].levels.gnss", "needs at least one value"),
         ("levels = { gnss", "levels = { speed", ":8: part[1].range.speed", "stands in levels too"),
         ("levels = { gnss", "levels = { gns", ":7: part[1].levels.gns", "no setting has {gns}"),
+        ("low = 0", "low = 0.25", ":8: part[1].range.speed.low", "0.25 has more decimals than digits = 1"),
+        ("high = 6", "high = 6.02", ":8: part[1].range.speed.high", "6.02 has more decimals than digits = 1"),
         ("high = 6", "high = 0", ":8: part[1].range.speed", "0 is not above low = 0"),
         ("samples = 4", "samples = 5", ":10: part[1].samples", "take 4 or 8"),
         ("samples = 4", "", ":4: part[1].samples", "is missing"),

@@ -28,15 +28,38 @@ def test_sixteen_good_seeds_do_not_exclude_a_failure_in_ten() -> None:
 
 
 def test_percentiles_and_their_intervals_agree_with_the_order_statistics() -> None:
-    """Between the order statistics that the binomial distribution gives, give or take a few ranks."""
+    """Of the ranks that the binomial distribution gives, as scipy's test of a quantile has them."""
     count = 400
     values = np.random.default_rng(1).normal(size=count)
     ordered = np.sort(values)
     for share, found in zip((0.05, 0.5, 0.95), percentiles(list(values)), strict=True):
         assert found.value == pytest.approx(float(np.quantile(values, share)))
         low, high = stats.binom.ppf((0.025, 0.975), count, share).astype(int)
-        assert ordered[max(0, low - 4)] <= found.low <= ordered[low + 4]
-        assert ordered[high - 4] <= found.high <= ordered[min(count - 1, high + 4)]
+        assert (found.low, found.high) == (ordered[low - 1], ordered[high])
+        assert (found.low, found.high) == tuple(stats.quantile_test(values, p=share).confidence_interval(0.95))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 16, 40, 100])
+def test_an_interval_holds_what_it_says_of_few_values_too(count: int) -> None:
+    """The 95th percentile of ten skewed runs lay outside of half of its 95 % intervals."""
+    generator, sweeps = np.random.default_rng(7), 300
+    held = np.zeros(3)
+    for _ in range(sweeps):
+        found = percentiles(list(generator.exponential(size=count)))
+        held += [
+            one.low <= -math.log(1.0 - share) <= one.high for one, share in zip(found, (0.05, 0.5, 0.95), strict=True)
+        ]
+    assert (held / sweeps >= 0.925).all(), "a share of 0.95 of 300 errs by 0.025"
+
+
+def test_few_values_leave_an_end_open() -> None:
+    low, median, high = percentiles([float(value) for value in range(16)])
+    assert low.low == -math.inf and math.isfinite(low.high)
+    assert math.isfinite(median.low) and math.isfinite(median.high)
+    assert math.isfinite(high.low) and high.high == math.inf
+    assert all(math.isfinite(end) for one in percentiles(list(range(72))) for end in (one.low, one.high))
+    assert [one.low for one in percentiles(list(range(71)))[:1]] == [-math.inf]
+    assert [(one.low, one.high) for one in percentiles([3.0])] == [(-math.inf, math.inf)] * 3
 
 
 def test_the_same_values_give_the_same_intervals() -> None:
@@ -44,9 +67,8 @@ def test_the_same_values_give_the_same_intervals() -> None:
     assert percentiles(values) == percentiles(values)
 
 
-@pytest.mark.parametrize("values", [[3.0], [3.0, 3.0, 3.0]])
-def test_what_does_not_vary_has_no_width(values: list[float]) -> None:
-    assert all((found.value, found.low, found.high) == (3.0, 3.0, 3.0) for found in percentiles(values))
+def test_what_does_not_vary_has_no_width() -> None:
+    assert all((found.value, found.low, found.high) == (3.0, 3.0, 3.0) for found in percentiles([3.0] * 72))
 
 
 def test_all_of_five_pairs_higher_is_two_of_thirty_two() -> None:
@@ -58,8 +80,16 @@ def test_all_of_five_pairs_higher_is_two_of_thirty_two() -> None:
 
 
 def test_equal_pairs_differ_by_chance() -> None:
-    found = paired("iae", [1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
-    assert found is not None and found.p == 1.0 and found.median.high == 0.0
+    found = paired("iae", [1.0, 2.0, 3.0] * 2, [1.0, 2.0, 3.0] * 2)
+    assert found is not None and found.p == 1.0 and found.median.low == found.median.high == 0.0
+
+
+@pytest.mark.parametrize("equal", [0, 1, 9, 40])
+def test_pairs_that_are_equal_do_not_make_five_others_clear(equal: int) -> None:
+    """With many pairs, some of them equal, the p was that of a normal distribution: 0.043."""
+    found = paired("iae", [0.0] * (5 + equal), [0.0] * equal + [1.0, 2.0, 3.0, 4.0, 5.0])
+    assert found is not None and found.count == 5 + equal
+    assert found.p == pytest.approx(2.0 / 2**5)
 
 
 def test_pairs_without_two_figures_do_not_count() -> None:

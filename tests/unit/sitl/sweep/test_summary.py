@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from sitl.sweep.summary import compared, summaries, values_of
+from sitl.sweep.statistics import adjusted
+from sitl.sweep.summary import compared, compared_by, summaries, values_of
 from tests.unit.sitl.sweep.made import rows
 
 
@@ -60,3 +61,23 @@ def test_two_laws_of_one_sweep_are_paired(tmp_path: Path) -> None:
     assert compared(of["companion"], of["thesis"]) == []
     (one,) = compared(of["companion"], of["thesis"], "law")
     assert (one.point, one.failures.count) == ("hold revolt wind=2", 8)
+
+
+def test_every_value_of_a_setting_counts_among_the_tests_of_the_page(tmp_path: Path) -> None:
+    """Each of four values against the first was adjusted as if there were no others."""
+    made = rows(12, tmp_path)
+    every = [
+        replace(
+            row,
+            settings={**row.settings, "law": law},
+            point=f"{row.point} law={law}",
+            metrics={"iae": row.seed + (0.1 * (1 + row.seed % 5) if law == "a" else 0.2 * (-1) ** row.seed)},
+        )
+        for row in made
+        for law in ("first", "a", "b", "c", "d")
+    ]
+    found = compared_by(every, "law")
+    assert list(found) == [(law, "first") for law in "abcd"]
+    metrics = [metric for comparisons in found.values() for one in comparisons for metric in one.metrics]
+    assert [metric.adjusted for metric in metrics] == pytest.approx(adjusted([metric.p for metric in metrics]))
+    assert metrics[0].adjusted > metrics[0].p
