@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.app import load_vessel, program_version, warm_up
+from companion.app import load_vessel, program_version
 from companion.cli import realtime
 from companion.cli.common import (
     Interrupt,
@@ -178,7 +178,7 @@ def _run_until_stopped(
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(_SWITCH_S)
-    vessel.add_recorder(WarmUp(warm_up))
+    vessel.add_recorder(WarmUp(vessel))
     run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
 
 
