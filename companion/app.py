@@ -27,7 +27,6 @@ from companion.core.decision import TextKind
 from companion.core.events import EventLog
 from companion.core.nearest import did_you_mean
 from companion.core.ports import Recorder, ReportsBack, StreamOpener, WaitingClock, World
-from companion.guidance.path import PathKind, build_path
 from companion.io import actuators, sensors
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
@@ -382,12 +381,6 @@ def _tell_exposed(around: Surroundings, events: EventLog) -> None:
     for link in around.links:
         if exposed(link.name):
             events.say(around.clock.now_s(), TextKind.ATTENTION, "link_exposed", f"Link {link.name} obeys anybody")
-
-
-def warm_up() -> None:
-    """Load scipy's interpolation before it is needed: the import takes most of a second (several on a small board), too
-    long for a tick."""
-    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind.PCHIP)
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:

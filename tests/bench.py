@@ -364,7 +364,6 @@ def leader_link(folder: Path, duration_s: float = 60.0) -> None:
 def paths(points: int = 10_000) -> None:
     """Processor time of the curves through a mission."""
     route = [(3.0 * k + 3.0 * math.sin(k), k + 8.0 * math.cos(0.7 * k)) for k in range(points)]
-    build_path(route[:5], PathKind.PCHIP)  # scipy is imported here
     for kind in PathKind:
         builds_s = []
         for _ in range(5):

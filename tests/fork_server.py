@@ -25,7 +25,10 @@ import companion.__main__
 
 LARGEST_REQUEST = 1 << 17  # bytes; a command with its environment
 _COMMANDS = ("check", "console", "leader", "mission", "run", "scenario", "script", "sitl")
-_USED_LATER = ("companion.analysis.replay", "sitl.emulators", "sitl.scenarios", "sitl.world", "shapely")
+_USED_LATER = (
+    *("companion.analysis.replay", "sitl.emulators", "sitl.scenarios", "sitl.world", "shapely"),
+    *("scipy.optimize", "scipy.sparse.csgraph"),
+)
 
 
 def main(channel: socket.socket) -> None:
@@ -114,12 +117,10 @@ def _run(descriptor: int) -> NoReturn:
 
 def _load() -> None:
     """What every command would load and work out at its start."""
-    from companion.app import warm_up
     from companion.config.vessel import bundled, find, load
 
     for name in (*(f"companion.cli.{command}" for command in _COMMANDS), *_USED_LATER):
         importlib.import_module(name)
-    warm_up()
     for vessel in bundled():  # two thirds of a start: how files are read, and what follows from their dimensions
         load(find(vessel))
 

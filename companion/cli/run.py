@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.app import load_vessel, program_version, warm_up
+from companion.app import load_vessel, program_version
 from companion.cli import realtime
 from companion.cli.common import (
     Interrupt,
@@ -32,7 +32,7 @@ from companion.cli.common import (
 from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
 from companion.cli.console import add_feed, add_option_to, start_console, stop_console
 from companion.cli.scripts import keep_scripts, script_links
-from companion.cli.terminal import Terminal, console_on, journal_of
+from companion.cli.terminal import Terminal, journal_of, screen_on
 from companion.cli.trial_results import FileTrials, IdentifyProcess
 from companion.cli.warm_up import WarmUp
 from companion.config import vessel as config_module
@@ -160,7 +160,7 @@ def _terminal(vessel: Vessel, links: Sequence[str], punctuality: Punctuality, pa
     """Shows the vessel's run on standard output."""
     out = _STANDARD_OUTPUT
     terminal = Terminal(
-        console_on(out),
+        screen_on(out, os.environ),
         links,
         lambda: vessel.sources.get("heading"),
         lambda: punctuality.late,
@@ -178,7 +178,7 @@ def _run_until_stopped(
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(_SWITCH_S)
-    vessel.add_recorder(WarmUp(warm_up))
+    vessel.add_recorder(WarmUp(vessel))
     run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
 
 

@@ -9,11 +9,7 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
-
-from rich.console import Console
-from rich.live import Live
-from rich.text import Text
+from typing import Protocol
 
 from companion.cli.run_lines import FirstLook, Line, RunSummary, event_line, status_text
 from companion.core.decision import Severity, TextKind
@@ -21,17 +17,12 @@ from companion.core.tick import Tick
 
 _MOST_WAITING = 500  # lines
 _PATIENCE_S = 1.0  # for the last lines at the end
-_COLOURS: Mapping[TextKind, str] = {
-    TextKind.DANGER: "bold white on red",
-    TextKind.ALARM: "bold red",
-    TextKind.REFUSAL: "red",
-    TextKind.ATTENTION: "yellow",
-}
-_STYLES: Mapping[Severity, str] = {kind.severity: colour for kind, colour in _COLOURS.items()}
+_UNPRINTED = dict.fromkeys(b"\a\b\v\f\r")
+_FOR_COLOURS = ("FORCE_COLOR", "TTY_COMPATIBLE")  # what rich reads, besides the descriptor
 
 
 class Descriptor:
-    """The file that rich writes to: a descriptor, without a buffer whose lock would outlive the thread.
+    """The file that a screen writes to: a descriptor, without a buffer whose lock would outlive the thread.
 
     A line that cannot be written any more, since the terminal is gone, is lost.
     """
@@ -72,17 +63,73 @@ def journal_of(environment: Mapping[str, str], fd: int) -> bool:
     return (device, inode) == (str(state.st_dev), str(state.st_ino))
 
 
+class Screen(Protocol):
+    """Where the lines of a run go. The thread that writes calls all of it, between `begin` and `end`."""
+
+    @property
+    def has_status(self) -> bool:
+        """Whether it shows a status line."""
+        ...
+
+    def begin(self) -> None:
+        """Before the first line."""
+        ...
+
+    def end(self) -> None:
+        """After the last line."""
+        ...
+
+    def line(self, text: str, severity: Severity | None) -> None:
+        """Add a line. `severity`: for its colour; None: none."""
+        ...
+
+    def status(self, text: str) -> None:
+        """Show another status line."""
+        ...
+
+
+class PlainScreen:
+    """A `Screen` of lines alone, for a pipe, a file or the journal."""
+
+    has_status = False
+
+    def __init__(self, file: Descriptor) -> None:
+        self._file = file
+
+    def begin(self) -> None:
+        """See `Screen`."""
+
+    def end(self) -> None:
+        """See `Screen`."""
+
+    def line(self, text: str, severity: Severity | None) -> None:
+        """See `Screen`."""
+        self._file.write(text.translate(_UNPRINTED) + "\n")
+
+    def status(self, text: str) -> None:
+        """See `Screen`."""
+
+
+def screen_on(fd: int, environment: Mapping[str, str]) -> Screen:
+    """The screen of a descriptor. rich is loaded only where a person may look, for it takes 20 ms and 3 MB."""
+    if not os.isatty(fd) and not any(environment.get(name) for name in _FOR_COLOURS):
+        return PlainScreen(Descriptor(fd))
+    from companion.cli.coloured import ColouredScreen, console_on
+
+    return ColouredScreen(console_on(fd))
+
+
 class Terminal:
     """A `core.ports.Recorder` that shows the run.
 
-    `console`: where to; its `is_terminal` decides about colours and the status line. `links`: names of the links.
-    `heading_source`: names the sensor in use. `late`: counts the ticks that began late. `journal`: a priority stands
-    before each line. `status_s`: boat time between two states of the status line.
+    `screen`: where to. `links`: names of the links. `heading_source`: names the sensor in use. `late`: counts the ticks
+    that began late. `journal`: a priority stands before each line. `status_s`: boat time between two states of the
+    status line.
     """
 
     def __init__(
         self,
-        console: Console,
+        screen: Screen,
         links: Sequence[str],
         heading_source: Callable[[], str | None],
         late: Callable[[], int],
@@ -90,7 +137,7 @@ class Terminal:
         status_s: float = 0.5,
     ) -> None:
         self.summary = RunSummary()
-        self._console = console
+        self._screen = screen
         self._links = tuple(links)
         self._heading_source = heading_source
         self._late = late
@@ -116,7 +163,7 @@ class Terminal:
                 self._wake.set()
             else:
                 self._lost += 1
-        if self._console.is_terminal and tick.t_s >= self._status_due_s:
+        if self._screen.has_status and tick.t_s >= self._status_due_s:
             self._status_due_s = tick.t_s + self._status_s
             self._status = status_text(tick, self._links, self._heading_source(), self._late())
             self._wake.set()
@@ -133,23 +180,18 @@ class Terminal:
         return self._thread.is_alive()
 
     def _write(self) -> None:
-        if not self._console.is_terminal:
-            self._write_until_ended(None)
-            return
-        with Live(console=self._console, auto_refresh=False, transient=True) as live:
-            self._write_until_ended(live)
-
-    def _write_until_ended(self, live: Live | None) -> None:
+        self._screen.begin()
         shown = ""
         while True:
             self._wake.wait()
             self._wake.clear()
             ended = self._ended
             self._write_lines()
-            if live is not None and self._status != shown:
+            if self._status != shown:
                 shown = self._status
-                live.update(Text(shown, style="reverse", no_wrap=True, overflow="ellipsis"), refresh=True)
+                self._screen.status(shown)
             if ended:
+                self._screen.end()
                 return
 
     def _write_lines(self) -> None:
@@ -162,12 +204,6 @@ class Terminal:
 
     def _show(self, line: Line) -> None:
         if self._journal:
-            self._console.print(f"<{line.severity.value}>{line.text}", markup=False, highlight=False, soft_wrap=True)
-            return
-        style = _STYLES.get(line.severity, "")
-        self._console.print(Text(line.plain, style=style), soft_wrap=True)
-
-
-def console_on(fd: int, **settings: Any) -> Console:
-    """A rich console that writes to a descriptor."""
-    return Console(file=Descriptor(fd), highlight=False, **settings)  # type: ignore[arg-type]  # all that rich uses
+            self._screen.line(f"<{line.severity.value}>{line.text}", None)
+        else:
+            self._screen.line(line.plain, line.severity)

@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from companion.config.vessel import VesselConfig
+from companion.control.riccati import stabilising
 from companion.control.surge_yaw import SurgeYawErrors
 from companion.core.actuation import Wrench
 from companion.core.estimate import NavState
@@ -27,8 +30,6 @@ Gains = tuple[tuple[float, ...], tuple[float, ...]]
 
 def gains(config: VesselConfig, parameters: Parameters) -> Gains:
     """K (2×6): rows for surge force and yaw moment, columns for the states in their order. Loads scipy."""
-    import numpy as np
-    from scipy.linalg import solve_continuous_are
 
     hull, d = config.hull, config.hull.damping
     speed = max(_LEAST_SPEED_MPS, parameters["WP_SPEED"])
@@ -48,7 +49,7 @@ def gains(config: VesselConfig, parameters: Parameters) -> Gains:
     q = np.diag([1.0 / (slow * time) ** 2, 1.0 / slow**2, 1.0 / (off * time) ** 2, 1.0 / off**2, 0.0, 1.0 / turning**2])
     effort = parameters["LQR_EFFORT"]
     r = np.diag([1.0 / (effort * config.limits.surge_n) ** 2, 1.0 / (effort * config.limits.yaw_nm) ** 2])
-    k = np.linalg.solve(r, b.T @ solve_continuous_are(a, b, q, r))
+    k = np.linalg.solve(r, b.T @ stabilising(a, b, q, r))
     surge, yaw = (tuple(float(value) for value in row) for row in k)
     return surge, yaw
 

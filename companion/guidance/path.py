@@ -2,7 +2,7 @@
 corrected).
 
 North and east are interpolated separately over the chord length between waypoints, so a route may turn back on itself.
-scipy computes the coefficients once (it is imported only then); after that the curve is evaluated in plain floats.
+numpy computes the coefficients once; after that the curve is evaluated in plain floats.
 PCHIP is shape-preserving: it never leaves the span of two neighbouring waypoints in north or in east. A cubic spline
 strays from no leg by more than the leg's length: where it would, both ends of the leg have PCHIP's slopes instead.
 """
@@ -14,9 +14,11 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+
+from companion.guidance.path_slopes import cubics, makima_slopes, pchip_slopes, spline_slopes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -332,32 +334,18 @@ def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Fl
 
 
 def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
-    """Coefficients (segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: slope of the straight
-    leg that the curve joins there, if any."""
-    from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, CubicSpline, PchipInterpolator
-
-    curve: PchipInterpolator | Akima1DInterpolator | CubicSpline | CubicHermiteSpline
-    if kind is PathKind.PCHIP:
-        curve = PchipInterpolator(knots, points)
-    elif kind is PathKind.MAKIMA:
-        curve = Akima1DInterpolator(knots, points, method="makima")
-    else:
-        ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
-        curve = CubicSpline(knots, points, bc_type=ends)
-        slopes = curve(knots, 1)
+    """Coefficients (segments, axis, power) of the piecewise cubics. `before`, `after`: slope of the straight leg that
+    the curve joins there, if any."""
+    if kind is PathKind.CUBIC:
+        slopes = spline_slopes(knots, points, before, after)
         if np.any(_strays(knots, points, slopes)):
-            tame = PchipInterpolator(knots, points)(knots, 1)
-            curve = CubicHermiteSpline(knots, points, _tamed(knots, points, slopes, tame))
-    if kind is not PathKind.CUBIC and (before is not None or after is not None):
-        slopes = curve(knots, 1)
-        for at, slope, first in ((0, before, 0), (-1, after, -2)):
-            if slope is not None:
-                slopes[at] = _within(
-                    slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind
-                )
-        curve = CubicHermiteSpline(knots, points, slopes)
-    coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
-    return coefficients
+            slopes = _tamed(knots, points, slopes, pchip_slopes(knots, points))
+        return cubics(knots, points, slopes)
+    slopes = pchip_slopes(knots, points) if kind is PathKind.PCHIP else makima_slopes(knots, points)
+    for at, slope, first in ((0, before, 0), (-1, after, -2)):
+        if slope is not None:
+            slopes[at] = _within(slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind)
+    return cubics(knots, points, slopes)
 
 
 def _strays(knots: Floats, points: Floats, slopes: Floats) -> NDArray[np.bool_]:

@@ -149,6 +149,15 @@ def test_every_signal_that_ends_it_ends_it_in_order(tmp_path: Path, number: sign
         assert boat.stop() == (0, "")
 
 
+def test_a_usual_boat_runs_without_scipy(tmp_path: Path) -> None:
+    """It took 50 of 135 MB, for the curve through three points."""
+    boat = Companion(tmp_path, speed=5.0, anew=True)
+    with boat:
+        assert boat.process is not None
+        wait_until(lambda: boat.now_s > 2.0, "the first ticks")
+        assert "/scipy/" not in Path(f"/proc/{boat.process.pid}/maps").read_text()
+
+
 def test_two_companions_side_by_side(tmp_path: Path) -> None:
     first, second = (Companion(tmp_path / name, speed=5.0, anew=True) for name in "ab")
     with (

@@ -124,7 +124,15 @@ def test_devices_on_a_port_that_is_not_there_fails(capsys: pytest.CaptureFixture
 
 
 def test_a_usual_boat_starts_without_what_it_does_not_use() -> None:
-    heavy = {"scipy", "shapely", "aiohttp", "pandas", "pymavlink.dialects.v20.ardupilotmega", "companion.cli.sweep"}
+    heavy = {
+        "scipy",
+        "shapely",
+        "rich",
+        "aiohttp",
+        "pandas",
+        "pymavlink.dialects.v20.ardupilotmega",
+        "companion.cli.sweep",
+    }
     script = (
         "import sys\n"
         "from companion.cli.main import parsed\n"

@@ -7,8 +7,8 @@ import pty
 
 import pytest
 
+from companion.cli.coloured import console_on
 from companion.cli.progress import Sailing, bar
-from companion.cli.terminal import console_on
 from tests.unit.cli.test_terminal import read_all
 
 

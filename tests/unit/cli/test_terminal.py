@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli.terminal import Terminal, console_on, journal_of
+from companion.cli.coloured import ColouredScreen, console_on
+from companion.cli.terminal import PlainScreen, Terminal, journal_of, screen_on
 from companion.core.decision import Event, TextKind
 from companion.core.tick import DeviceHealth, Tick
 from tests.unit.record.ticks import tick
@@ -26,7 +27,8 @@ def said(t_s: float, *texts: str) -> Tick:
 
 
 def terminal(fd: int, journal: bool = False, **settings: bool) -> Terminal:
-    return Terminal(console_on(fd, **settings), (), lambda: "gnss", lambda: 0, journal)
+    screen = ColouredScreen(console_on(fd, **settings)) if settings else screen_on(fd, {})
+    return Terminal(screen, (), lambda: "gnss", lambda: 0, journal)
 
 
 def read_all(fd: int) -> str:
@@ -68,6 +70,26 @@ def test_the_journal_gets_priorities() -> None:
     os.close(writing)
     assert read_all(reading) == "<2>Leader lost\n"
     os.close(reading)
+
+
+def test_control_characters_of_a_text_do_not_reach_a_pipe() -> None:
+    reading, writing = os.pipe()
+    shown = terminal(writing)
+    shown.record(said(0.1, "a\ab\rc :x: [red]"))
+    shown.close()
+    os.close(writing)
+    assert read_all(reading) == "0:00:00.1  CRITICAL   abc :x: [red]\n"
+    os.close(reading)
+
+
+def test_colours_are_for_who_looks_or_asks_for_them() -> None:
+    reading, writing = os.pipe()
+    far, near = pty.openpty()
+    assert not screen_on(writing, {}).has_status and screen_on(near, {}).has_status
+    assert isinstance(screen_on(writing, {"FORCE_COLOR": "1"}), ColouredScreen)
+    assert isinstance(screen_on(writing, {"FORCE_COLOR": ""}), PlainScreen)
+    for descriptor in (reading, writing, far, near):
+        os.close(descriptor)
 
 
 def test_a_long_line_is_not_folded_in_a_pipe() -> None:
