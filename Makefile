@@ -36,7 +36,7 @@ run: $(VENV)/.installed
 test: $(VENV)/.installed-test
 	@echo "the linters and $(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
 	@$(BIN)/mypy & types=$$!; \
-	$(BIN)/python -m pytest -W ignore --collect-only >/dev/null 2>&1 & imported=$$!; \
+	$(BIN)/python -m pytest -W ignore --collect-only -m "not sweep" >/dev/null 2>&1 & imported=$$!; \
 	$(STYLE) || { kill $$types $$imported; exit 1; }; \
 	wait $$imported; \
 	$(BIN)/python -m pytest -n 3 --dist worksteal -m "not sweep"; tests=$$?; \

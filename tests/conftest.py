@@ -38,6 +38,15 @@ _LONG = (  # rooms of long tests: the first worker's, which wait for other proce
 )
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makeitem(collector: pytest.Collector, obj: object) -> list[pytest.Item] | None:
+    """The long sweeps are as many as all other tests. `make test` leaves them out: they need not be made for that."""
+    marks = getattr(obj, "pytestmark", ())
+    if collector.config.getoption("markexpr") == "not sweep" and any(mark.name == "sweep" for mark in marks):
+        return []
+    return None
+
+
 @pytest.hookimpl(trylast=True)  # after what is deselected has gone
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Each worker begins with long tests of its own, and the short ones, which any may take from another, come last."""
@@ -47,8 +56,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """What has been collected stays to the end."""
-    gc.collect()
+    """What has been collected stays to the end, and with it the little garbage that there is."""
     gc.freeze()
     gc.enable()
 

@@ -20,10 +20,10 @@ class ParamType(Enum):
     INT32 = "Int32"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ParamSpec:
-    """One parameter. `default`, `minimum` and `maximum` are in `unit`; `choices` names the values of an
-    enumeration."""
+    """One parameter: a row of the table, equal to itself alone. `default`, `minimum` and `maximum` are in `unit`;
+    `choices` names the values of an enumeration."""
 
     name: str
     default: float

@@ -62,7 +62,13 @@ class Descriptions:
 
 def parameters_file(parameters: Parameters) -> bytes:
     """The parameter metadata as it is served."""
-    rows = [parameter_row(spec, parameters.defaults[spec.name]) for spec in parameters.specs]
+    return _rows_file(parameters.specs, tuple(parameters.defaults[spec.name] for spec in parameters.specs))
+
+
+@lru_cache(16)
+def _rows_file(specs: tuple[ParamSpec, ...], defaults: tuple[float, ...]) -> bytes:
+    """The boats of a process have the table in common, and most of them their defaults."""
+    rows = [parameter_row(spec, default) for spec, default in zip(specs, defaults, strict=True)]
     return _packed(_json({"version": 1, "parameters": rows}))
 
 
@@ -70,11 +76,16 @@ def _metadata(persona: Persona, same: Mapping[str, bytes], events: ArmingEvents)
     """`same`: the files that are the same for all personas."""
     files = dict(same)
     if persona.has_events:
-        files[EVENTS] = _packed(events_json(events, persona))
+        files[EVENTS] = _events_file(events.devices, events.thrusters, persona)
     types = [
         {"type": _TYPES[name], "uri": f"mftp:///{name}", "fileCrc": crc32(content)} for name, content in files.items()
     ]
     return Metadata({GENERAL: json.dumps({"version": 1, "metadataTypes": types}).encode(), **files})
+
+
+@lru_cache(32)
+def _events_file(devices: tuple[str, ...], thrusters: tuple[str, ...], persona: Persona) -> bytes:
+    return _packed(events_json(ArmingEvents(devices, thrusters), persona))
 
 
 def _json(content: Mapping[str, Any]) -> bytes:

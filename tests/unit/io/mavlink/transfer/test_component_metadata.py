@@ -16,6 +16,7 @@ from companion.config.vessel import bundled
 from companion.io.mavlink.telemetry.arming_events import ArmingEvents
 from companion.io.mavlink.transfer.component_metadata import (
     ACTUATORS,
+    EVENTS,
     GENERAL,
     PARAMETERS,
     Descriptions,
@@ -175,3 +176,17 @@ def test_the_text_has_every_parameter_with_its_type() -> None:
     by_name = {name: (system, component, value, kind) for system, component, name, value, kind in lines}
     assert by_name["WP_SPEED"] == ("3", "1", "0.600000024", "9")
     assert by_name["NAV_DLL_ACT"] == ("3", "1", "1", "6")
+
+
+def test_boats_of_one_process_have_their_own_defaults_and_names() -> None:
+    """The files are made once for boats that have all of it in common."""
+    defaults = [
+        {row["name"]: row["default"] for row in rows(parameters)}["WP_SPEED"]
+        for parameters in (Parameters(), Parameters({"WP_SPEED": 1.25}), Parameters())
+    ]
+    assert defaults[1] == 1.25 and defaults[0] == defaults[2] != 1.25
+    first, second = (
+        Descriptions(Parameters(), ArmingEvents(["gnss"], [thruster])).of(PX4).files[EVENTS]
+        for thruster in ("stern", "bow")
+    )
+    assert b'"bow"' in lzma.decompress(second) and b'"bow"' not in lzma.decompress(first)
