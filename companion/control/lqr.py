@@ -29,8 +29,7 @@ Gains = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def gains(config: VesselConfig, parameters: Parameters) -> Gains:
-    """K (2×6): rows for surge force and yaw moment, columns for the states in their order. Loads scipy."""
-
+    """K (2×6): rows for surge force and yaw moment, columns for the states in their order."""
     hull, d = config.hull, config.hull.damping
     speed = max(_LEAST_SPEED_MPS, parameters["WP_SPEED"])
     slope = max(0.0, hull.drag_slope(speed))
