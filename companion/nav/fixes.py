@@ -255,7 +255,14 @@ class Fixes:
         better, anew = leads and kind > before, kind != before
         if better:  # it counts at once, as if alone
             self._blend.clear()
+        sigma_m = math.hypot(sigma_m, self._unsure_s(fix.source, leads) * math.hypot(here.north_mps, here.east_mps))
         return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads, anew and not better)
+
+    def _unsure_s(self, source: str, leads: bool) -> float:
+        """One sigma of how late a receiver is, by which a boat under way leaves its fixes behind: the filter learns it
+        of the one in use alone."""
+        inertial = self._solutions.inertial
+        return inertial.filter.late_sigma_s() if leads and inertial is not None else self._accuracies.latency_s(source)
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
