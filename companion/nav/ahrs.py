@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
-from companion.nav.levelling import averaged, swung, tilt_by, unfelt_tilt_rad
+from companion.nav.levelling import TILT_SIGMA_RAD, averaged, swung, tilt_by, unfelt_tilt_rad
 from companion.nav.lever_arms import (
     ZERO,
     Matrix,
@@ -54,7 +54,8 @@ _RATES_TIME_S = 0.05
 _TILT_SAMPLES = 50.0  # of the magnetometer that share one tilt error: averaging does not remove it
 _FIELD_CHI_SQUARE = 16.0
 _FIELD_REJECTED_S = 5.0  # after that long the heading is wrong rather than the field
-_DIP_LIMIT = 8.0  # tangent of the dip: nearer to the poles a compass is unusable
+_DIP_LIMIT = 8.0  # tangent of the dip, 82.9°: nearer to the poles each degree of tilt turns the heading by more than 8°
+_DIP_TIME_S = 5.0  # time constant of the mean field that is compared with that
 _FIELD_SHARE = 0.2  # by which the field's strength may differ from its mean
 _FIELD_TIME_S = 60.0  # time constant of that mean
 
@@ -68,6 +69,11 @@ _ROWS = (
     (5, 10, 14, 17, 19, 20),
 )
 _DIAGONAL = (0, 6, 11, 15, 18, 20)
+
+
+def is_too_steep(level: float, down: float) -> bool:
+    """Whether a field of that horizontal and vertical part, any unit, dips so much that it tells no heading."""
+    return level * _DIP_LIMIT < abs(down)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +116,8 @@ class Ahrs:
         self._mean: Vector = ZERO
         self._mean_turn_radps = 0.0
         self._speed_mps, self._speed_s = 0.0, -math.inf
+        self.steep_rad: float | None = None  # by how much the field dips, where that is too much
+        self._dip, self._dip_s = (0.0, 0.0), -math.inf  # horizontal and vertical part of the mean field
         self._strength = 0.0
         self._strength_s = -math.inf
         self._turned_rad = 0.0
@@ -215,18 +223,17 @@ class Ahrs:
 
     # --- measurements ----------------------------------------------------------------------------------------------
 
-    def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> None:
+    def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> bool:
         """Calibrated field in body axes, any unit. Its horizontal part corrects yaw; the first field after levelling
-        starts the filter."""
+        starts the filter. Returns whether it counts."""
         if not self.running:
-            self._start(field, declination_rad)
-            return
+            return self._start(field, declination_rad)
         if not self._steady(t_s, math.hypot(*field)):
-            return
+            return False
         north, east, down = rotate(self.rotation, field)
+        if self._is_steep(t_s, north, east, down):
+            return False
         level = math.hypot(north, east)
-        if level * _DIP_LIMIT < abs(down):
-            return
         p = self.covariance
         tilt_share = _TILT_SAMPLES * (down / level) ** 2 * 0.5 * (p[0] + p[6])
         innovation = wrap_pi(declination_rad + self._turned_rad - math.atan2(east, north))
@@ -234,10 +241,24 @@ class Ahrs:
         if innovation * innovation <= _FIELD_CHI_SQUARE * (p[11] + variance):
             self._field_s = t_s
         elif t_s - self._field_s <= _FIELD_REJECTED_S:
-            return
+            return False
         else:
             p[11] += _YAW_SIGMA_RAD**2
         self._fuse((0.0, 0.0, 1.0), innovation, variance, tilt=False)
+        return True
+
+    def _is_steep(self, t_s: float, north: float, east: float, down: float) -> bool:
+        """Whether the field is too steep, or was in the mean of some seconds: near the limit waves make single ones
+        look usable, by what their tilt is off."""
+        share = 1.0 - math.exp(min(self._dip_s - t_s, 0.0) / _DIP_TIME_S)
+        level, depth = self._dip
+        self._dip = level, depth = (
+            level + share * (math.hypot(north, east) - level),
+            depth + share * (abs(down) - depth),
+        )
+        self._dip_s = t_s
+        self.steep_rad = math.atan2(depth, level) if is_too_steep(level, depth) else None
+        return self.steep_rad is not None or is_too_steep(math.hypot(north, east), down)
 
     def _steady(self, t_s: float, strength: float) -> bool:
         """Whether the field is about as strong as usual; passing steel changes it."""
@@ -335,16 +356,19 @@ class Ahrs:
         self._turned_rad = wrap_pi(self._turned_rad + angle_rad)
         self._inject([0.0, 0.0, angle_rad, 0.0, 0.0, 0.0])
 
-    def _start(self, field: Vector, declination_rad: float) -> None:
+    def _start(self, field: Vector, declination_rad: float) -> bool:
+        """Start, if the boat is levelled and the field is one that will be used from then on, too."""
         if not self._t_s - self._since_s >= self._levelling_s:
-            return
+            return False
         speed_mps = self._speed_mps if self._t_s - self._speed_s <= _SPEED_AGE_S else 0.0
         unfelt_rad = unfelt_tilt_rad(speed_mps, self._mean_turn_radps)
         roll, pitch = tilt_by(self._mean, speed_mps * self._mean_turn_radps if unfelt_rad else 0.0)
         north, east, down = rotate(rotation(quaternion_of(roll, pitch, 0.0)), field)
-        dip = min(abs(down) / max(math.hypot(north, east), 1e-9), _DIP_LIMIT)
+        if self._is_steep(self._t_s, north, east, down):
+            return False
+        dip = abs(down) / max(math.hypot(north, east), 1e-9)
         tilt_sigma_rad = math.hypot(_TILT_SIGMA_RAD, unfelt_rad)
-        yaw_sigma_rad = math.hypot(self._noise.start_rad, dip * unfelt_rad)
+        yaw_sigma_rad = max(math.hypot(self._noise.start_rad, dip * unfelt_rad), dip * TILT_SIGMA_RAD)
         self.quaternion = quaternion_of(roll, pitch, declination_rad + self._turned_rad - math.atan2(east, north))
         self.rotation = rotation(self.quaternion)
         self.covariance = [0.0] * 21
@@ -356,3 +380,4 @@ class Ahrs:
         self.running = True
         self._before = None
         self._clear_sums()
+        return True

@@ -10,7 +10,7 @@ from companion.config.devices import SensorConfig
 from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
-from companion.nav.ahrs import Ahrs, AhrsNoise
+from companion.nav.ahrs import Ahrs, AhrsNoise, is_too_steep
 from companion.nav.corrections import SensorCorrections
 from companion.nav.course_correction import CourseCorrection
 from companion.nav.lever_arms import (
@@ -27,6 +27,7 @@ from companion.params.store import Parameters
 _PERIOD_S = 0.095
 _THESIS = 1
 _FIELD_AGE_S = 2.0  # how long the gyro alone may carry the heading without a field
+_STEEP_S = 10.0  # without a field that tells a heading: waves and a tilt that is not known yet make some too steep
 _LEVEL_AT_ONCE_S = 0.1
 _UNFELT_START_RAD = math.radians(5.0)  # of a heading by a field that is levelled by no force
 _LEVEL_TIME_S = 10.0  # of the mean force that levels the field without a gyro: over waves and turns
@@ -62,8 +63,8 @@ class AttitudeFilter(Protocol):
         """One inertial sample: specific force (m/s²) and angular rate (rad/s) in body axes."""
         ...
 
-    def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> None:
-        """One calibrated magnetic field in body axes, any unit."""
+    def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> bool | None:
+        """One calibrated magnetic field in body axes, any unit. Returns False where it does not count."""
         ...
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector) -> None:
@@ -81,8 +82,9 @@ class AhrsHeading:
 
     A new calibration of the device begins a new filter. `by_field_rad`: the heading by the magnetic field alone, of
     the time since the heading before, levelled by the filter's tilt; None without a field. It has what the gyro knows
-    nothing of, so both can be compared. Remembers the filter, the correction to the course (`corrected_rad`), and the
-    times of the last field and heading.
+    nothing of, so both can be compared. `steep_rad`: by how much the field dips, where it has long been too steep to
+    tell a heading; None else. Remembers the filter, the correction to the course (`corrected_rad`), and the times of
+    the last field that counted, of the last one that was not too steep, and of the last heading.
     """
 
     def __init__(
@@ -107,6 +109,8 @@ class AhrsHeading:
         self._law = 0
         self._correction = CourseCorrection()
         self._field_s = self._heading_s = -math.inf
+        self._flat_s = math.inf
+        self.steep_rad: float | None = None
         self.corrected_rad = 0.0
         self.by_field_rad: float | None = None
         self._along = self._across = 0.0  # sum of unit vectors: the headings by field less the filter's
@@ -196,17 +200,24 @@ class AhrsHeading:
 
     def field(self, field: MagneticField, declination_rad: float, turn: Matrix | None = None) -> None:
         """Take one sample of the magnetometer, not yet calibrated. `turn`: from its axes to the boat's."""
-        self._field_s = field.t_s
         vector = self._corrections.field(field)
         vector = vector if turn is None else rotate(turn, vector)
         attitude = self._attitude()
         if attitude is not None:
             roll, pitch, yaw = attitude
-            north, east, _ = rotate(rotation(quaternion_of(roll, pitch, 0.0)), vector)
-            apart_rad = declination_rad - math.atan2(east, north) - yaw
-            self._along += math.cos(apart_rad)
-            self._across += math.sin(apart_rad)
-        self.filter.magnetic(field.t_s, vector, declination_rad)
+            north, east, down = rotate(rotation(quaternion_of(roll, pitch, 0.0)), vector)
+            if not is_too_steep(math.hypot(north, east), down):
+                apart_rad = declination_rad - math.atan2(east, north) - yaw
+                self._along += math.cos(apart_rad)
+                self._across += math.sin(apart_rad)
+        if self.filter.magnetic(field.t_s, vector, declination_rad) is not False:
+            self._field_s = field.t_s
+        self._watch_dip(field.t_s)
+
+    def _watch_dip(self, t_s: float) -> None:
+        steep_rad = self.filter.steep_rad if isinstance(self.filter, Ahrs) else None
+        self._flat_s = t_s if steep_rad is None else min(self._flat_s, t_s)
+        self.steep_rad = steep_rad if t_s - self._flat_s >= _STEEP_S else None
 
     def _attitude(self) -> Vector | None:
         """(roll, pitch, yaw) by which a field is levelled, and what its heading is set against; None: unknown."""

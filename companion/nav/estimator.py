@@ -101,6 +101,7 @@ class Estimator:
         self._pairs = antenna_pairs(config.sensors)
         self._sternway = Sternway()
         self._side = SideReadings(timeouts_s, self._witness)
+        self._unusable: set[str] = set()  # compasses of which that has been told
         self._here: tuple[float, float] | None = None  # latitude and longitude by the last possible estimate
 
     @property
@@ -298,8 +299,21 @@ class Estimator:
         declination = (
             self._headings.declination(*self._place(), self._side.time_ns(field.t_s)) if ahrs is not None else None
         )
-        if ahrs is not None and declination is not None:
-            ahrs.field(field, declination, self._mounting.compass(field.source))
+        if ahrs is None:
+            return
+        if declination is None:
+            self._tell_unusable(field.t_s, field.source, "too near the pole")
+            return
+        ahrs.field(field, declination, self._mounting.compass(field.source))
+        if ahrs.steep_rad is not None:
+            dip_deg = math.degrees(ahrs.steep_rad)
+            self._tell_unusable(field.t_s, field.source, f"field dips by {dip_deg:.0f} deg")
+
+    def _tell_unusable(self, t_s: float, source: str, why: str) -> None:
+        """Tell once that a compass gives no heading here."""
+        if source not in self._unusable:
+            self._unusable.add(source)
+            self._say(t_s, TextKind.ATTENTION, "compass_unusable", f"{source} compass unusable: {why}")
 
     def _check_imu(self, horizon_s: float) -> None:
         """Stop the inertial filter when its samples have stopped."""
@@ -342,6 +356,8 @@ class Estimator:
         return _BY_MOTION_FACTOR if self._headings.by_motion else 1.0
 
     def _take_velocity(self, velocity: GroundVelocity) -> None:
+        if self._solutions.is_too_late(velocity.t_s):
+            return
         self._measured_by(velocity.source)
         lever, rule = self._levers.get(velocity.source, ZERO), None
         fix = None if self._fixes.newest is None else self._fixes.kinds.get(velocity.source, self._fixes.newest.fix)
@@ -423,8 +439,11 @@ class Estimator:
 
     def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
         """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
+        if self._solutions.is_too_late(reading.t_s):
+            return
         measured = self._headings.measured(reading, *self._place(), self._side.time_ns(reading.t_s))
         if measured is None:
+            self._tell_unusable(reading.t_s, reading.source, "too near the pole")
             return
         inertial = self._solutions.inertial
         if inertial is not None and inertial.running and measured.source == self._fixes.source:

@@ -23,20 +23,21 @@ from companion.nav.solution import Place
 from companion.nav.solutions import Solutions
 from companion.nav.sources import GradeWatch, SourceSelector
 from companion.nav.validity import Validity
-from companion.nav.way_back import LONGEST_S
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _PLANE_M = 50_000.0  # further from its origin, the plane is no map
 _LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
 _THESIS_RULE = 1
+_LATE_LASTS_S = 3.0  # for so long a line may catch up with what a hub or a radio has held back
 _LATE_TOLD_S = 60.0  # from one text about a receiver that is too late to the next
 
 
 class JudgedFix(NamedTuple):
     """A fix that has been judged. `place`: of its antenna, north and east in m; `lever_m`: of the antenna from the
     boat's origin; `sigma_m`: on each axis. `good`: it may be used; `used`: it is of the receiver in use. `rule`: the
-    verdict that replaces the gate's."""
+    verdict that replaces the gate's. `late`: the filter has gone on too far. It counts as one that has not come, for a
+    line may have held it back."""
 
     fix: GnssFix
     place: tuple[float, float]
@@ -45,6 +46,7 @@ class JudgedFix(NamedTuple):
     good: bool
     used: bool
     rule: Verdict | None
+    late: bool = False
 
 
 class Fixes:
@@ -83,6 +85,7 @@ class Fixes:
         self._noises: dict[tuple[str, FixType], PositionNoise] = {}  # of each receiver and kind of fix
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
+        self._late_since_s: dict[str, float] = {}  # of receivers that are too late
         self._late_told_s = -math.inf
 
     @property
@@ -119,28 +122,31 @@ class Fixes:
         if good and self._solutions.pose.started:
             rule = self._witness.position(fix, place, lever, sigma_m, self._solutions.used)
             sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
-        good = good and self._witness.trusts(Sense.POSITION, fix.source) and not self._is_too_late(fix)
-        used = self._receivers.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
+        good = good and self._witness.trusts(Sense.POSITION, fix.source)
+        late = self._is_too_late(fix)
+        used = not late and self._receivers.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self.newest is None or self.newest.source == fix.source:
             self.newest = fix
         self.kinds[fix.source] = fix.fix
-        return JudgedFix(fix, place, lever, sigma_m, good, used, rule)
+        return JudgedFix(fix, place, lever, sigma_m, good and not late, used, rule, late)
 
     def _is_too_late(self, fix: GnssFix) -> bool:
-        """Whether the filter has gone on too far from where a fix is of; tells people."""
-        solution = self._solutions.used
-        if not isinstance(solution, InertialSolution) or solution.t_s - fix.t_s <= LONGEST_S:
+        """Whether the filter has gone on too far from where a fix is of; tells people where that lasts."""
+        solution, source = self._solutions.used, fix.source
+        if not isinstance(solution, InertialSolution) or not self._solutions.is_too_late(fix.t_s):
+            self._late_since_s.pop(source, None)
             return False
-        if fix.t_s - self._late_told_s >= _LATE_TOLD_S:
-            self._late_told_s = fix.t_s
-            text = f"{fix.source} comes {solution.t_s - fix.t_s:.1f} s late: not used"
+        lasted_s = solution.t_s - self._late_since_s.setdefault(source, solution.t_s)
+        if lasted_s >= _LATE_LASTS_S and solution.t_s - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = solution.t_s
+            text = f"{source} comes {solution.t_s - fix.t_s:.1f} s late: not used"
             self._say(solution.t_s, TextKind.ALARM, "receiver_too_late", text)
         return True
 
     def fuse(self, judged: JudgedFix, noisier: float) -> None:
         """Let the solution take it, where it is used. `noisier`: the factor by which its noise counts as larger."""
         fix, started = judged.fix, self._solutions.pose.started
-        if not judged.good:
+        if not judged.good and not judged.late:
             self._blend.drop(fix.source)
         if judged.used:
             self._announce(fix)
@@ -249,7 +255,14 @@ class Fixes:
         better, anew = leads and kind > before, kind != before
         if better:  # it counts at once, as if alone
             self._blend.clear()
+        sigma_m = math.hypot(sigma_m, self._unsure_s(fix.source, leads) * math.hypot(here.north_mps, here.east_mps))
         return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads, anew and not better)
+
+    def _unsure_s(self, source: str, leads: bool) -> float:
+        """One sigma of how late a receiver is, by which a boat under way leaves its fixes behind: the filter learns it
+        of the one in use alone."""
+        inertial = self._solutions.inertial
+        return inertial.filter.late_sigma_s() if leads and inertial is not None else self._accuracies.latency_s(source)
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""

@@ -397,6 +397,9 @@ class InertialSolution:
         if self.t_s - t_s > _BENT_S:
             since = self.since(t_s, arm)
             north_mps, east_mps = north_mps + since.north_mps, east_mps + since.east_mps
+        elif t_s > self.t_s:  # a slow inertial sensor has not come as far
+            gn, ge = self.filter.gaining
+            north_mps, east_mps = north_mps - (t_s - self.t_s) * gn, east_mps - (t_s - self.t_s) * ge
         innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance, lag_s=self.t_s - t_s)
         if self._settled:
             self._slow_velocity.take(t_s, innovation)

@@ -20,6 +20,7 @@ from companion.nav.velocity_latency import VelocityLatency
 _LEAST_S, _MOST_S = 0.04, 0.5  # a smaller one is left as it is; a larger one is no latency
 _SURE_S = 0.05  # one sigma: one that headings tell no better is left as it is
 _CHANGED_S = 0.1  # the same, at least, of one that has changed under way
+_SUREST_S = 1e-3  # no latency is told better, even where nothing is left by chance
 _HELD_SURE_S = 0.015  # the same, of what the filter has
 _SIGMAS, _SIGMAS_AGAIN = 5.0, 3.0  # of what velocities tell, to count the first time, and when it agrees with that
 _AGREES, _AGREES_SIGMAS = 0.25, 3.0  # by which it may differ the second time
@@ -177,6 +178,7 @@ class ReceiverLatency:
         if latency is None:
             return None
         latency_s, sigma_s = latency
+        sigma_s = max(sigma_s, _SUREST_S)
         found = LatencyFound(source, receiver.late_s + latency_s, sigma_s)
         sigmas = _SIGMAS if once is None or not found.agrees(once) else _SIGMAS_AGAIN
         tells = abs(latency_s) >= max(_LEAST_S, sigmas * sigma_s)

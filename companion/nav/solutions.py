@@ -8,6 +8,7 @@ from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import Sense
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import Verdict
+from companion.nav.way_back import LONGEST_S
 
 
 class Solutions:
@@ -30,6 +31,11 @@ class Solutions:
         """The inertial solution while it runs, by forces too; None else."""
         inertial = self.inertial
         return inertial if inertial is not None and inertial.running and inertial.feels else None
+
+    def is_too_late(self, t_s: float) -> bool:
+        """Whether the inertial solution has gone on too far from a measurement of that time to use it."""
+        inertial = self.inertial
+        return inertial is not None and inertial.running and inertial.t_s - t_s > LONGEST_S
 
     def leave_inertial(self, t_s: float, least_sigma: float = 0.0) -> None:
         """Go on without inertial sensors. `least_sigma`: of position and velocity, in m and m/s."""

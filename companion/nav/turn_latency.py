@@ -14,6 +14,7 @@ import math
 _SLOW_S = 10.0  # time constant of the high-pass
 _FORGET_S = 60.0
 _ALIKE_S = 2.0  # errors of headings are alike for that long
+_LEAST_S = 5.0  # of headings: a few of them fit any latency
 _GAP_S = 2.0
 _LEAST_RADPS2S = 1e-3  # of turning, squared and summed over time, without which there is nothing to tell
 
@@ -51,7 +52,7 @@ class TurnLatency:
 
     def latency_s(self) -> tuple[float, float] | None:
         """Latency and one sigma of it; None while the boat has not turned."""
-        if self._rates < _LEAST_RADPS2S:
+        if self._rates < _LEAST_RADPS2S or self._time_s < _LEAST_S:
             return None
         latency_s = self._both / self._rates
         left = max(self._offs - latency_s * self._both, 0.0) / self._time_s

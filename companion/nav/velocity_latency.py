@@ -20,7 +20,7 @@ from companion.nav.lanes import Lane
 
 _COLUMNS = 5  # of a sample: time, velocity, dead reckoning
 _STEP_S, _STEPS = 0.1, 5  # between two latencies that are tried, and how many to each side
-_LEAST_S = 2.0  # a shorter stretch is all constant and ramp
+_LEAST_S, _FEWEST = 2.0, 6  # a shorter stretch, or one of fewer velocities, is all constant and ramp
 _FORGET_S = 60.0
 _ALIKE_S = 1.0  # errors of velocities are alike for that long; each is in two stretches at once, on two axes
 _LEAST_MPS2S = 0.05  # of acceleration, squared and summed over time, without which there is nothing to tell
@@ -78,7 +78,7 @@ def _left_of(rows: Array) -> tuple[float, Array]:
     reach_s, times, left = _STEP_S * _STEPS, rows[:, 0], np.zeros(2 * _STEPS + 1)
     used = (times >= times[0] + reach_s) & (times <= times[-1] - reach_s)
     t = times[used]
-    if len(t) < 2 or t[-1] - t[0] < _LEAST_S:
+    if len(t) < _FEWEST or t[-1] - t[0] < _LEAST_S:
         return 0.0, left
     north, east = rows[used, 3], rows[used, 4]
     one, none, passed = np.ones(len(t)), np.zeros(len(t)), t - t[0]

@@ -96,8 +96,8 @@ class WayBack:
         return Since(
             bent[0] + half_s * bias[0] + (lag_s + early_s) * velocity[0] - early_s * gained_n + here[0] - past[0],
             bent[1] + half_s * bias[1] + (lag_s + early_s) * velocity[1] - early_s * gained_e + here[1] - past[1],
-            gained_n + swing[0],
-            gained_e + swing[1],
+            gained_n + swing[0] + early_s * filter_.gaining[0],
+            gained_e + swing[1] + early_s * filter_.gaining[1],
             wrap_pi(math.atan2(r[3], r[0]) - math.atan2(before[3], before[0])) + early_s * filter_.turn_radps,
         )
 

@@ -239,6 +239,37 @@ def start_in_a_turn(speed_mps: float, felt_mps2: float, turn_radps: float) -> Ah
     return ahrs
 
 
+def moored(dip_deg: float, rolls_rad: float = 0.0) -> Ahrs:
+    """Two minutes at the mooring, heading north, of a boat that rolls every 3 s where the field dips so much; a
+    compass sample has the noise of a simulated one."""
+    ahrs, random = Ahrs(G), np.random.default_rng(724000)
+    field = np.array([math.cos(math.radians(dip_deg)), 0.0, math.sin(math.radians(dip_deg))])
+    for k in range(120 * 50):
+        t_s = k / 50
+        roll, rate = rolls_rad * math.sin(2.1 * t_s), 2.1 * rolls_rad * math.cos(2.1 * t_s)
+        turn = Rotation.from_euler("x", roll)
+        ahrs.sample(t_s, tuple(turn.apply(LEVEL, inverse=True)), (rate, 0.0, 0.003))
+        ahrs.magnetic(t_s, tuple(turn.apply(field, inverse=True) + 0.004 * random.standard_normal(3)), 0.0)
+        if k % 10 == 0:
+            ahrs.velocity(t_s, *(0.05 * random.standard_normal(2)), 0.05)
+    return ahrs
+
+
+@pytest.mark.parametrize("dip_deg", [84.0, -84.0, 88.0])
+@pytest.mark.parametrize("rolls_rad", [0.0, 0.05])
+def test_a_field_that_would_be_rejected_starts_nothing(dip_deg: float, rolls_rad: float) -> None:
+    """It started from such a field, and the gyro alone carried the heading from then on: 48° off after four minutes."""
+    ahrs = moored(dip_deg, rolls_rad)
+    assert not ahrs.running and ahrs.steep_rad == pytest.approx(math.radians(abs(dip_deg)), abs=0.01)
+
+
+@pytest.mark.parametrize("dip_deg", [70.0, 82.0])
+def test_a_field_that_dips_less_serves(dip_deg: float) -> None:
+    ahrs = moored(dip_deg, 0.05)
+    assert ahrs.running and ahrs.steep_rad is None
+    assert abs(ahrs.attitude[2]) < math.radians(2.0) and abs(ahrs.attitude[2]) < 3.0 * ahrs.yaw_sigma_rad
+
+
 def test_a_start_in_a_turn_takes_the_turn_for_no_heel() -> None:
     """8 m/s and 0.4 rad/s: a heel of 18° would turn the heading by the field by 40°."""
     ahrs = start_in_a_turn(8.0, 3.2, 0.4)

@@ -231,6 +231,39 @@ def test_a_field_that_is_not_finite_is_ignored() -> None:
     assert math.degrees(state.yaw_rad) == pytest.approx(math.degrees(DECLINATION_RAD), abs=0.5)
 
 
+@pytest.mark.parametrize(
+    ("place", "field", "told"),
+    [
+        (GOTHENBURG, (0.1, 0.0, 0.99), "imu compass unusable: field dips by 84 deg"),
+        ((86.0, -140.0), (0.02, 0.0, 0.99), "imu compass unusable: too near the pole"),
+    ],
+)
+def test_a_field_near_the_poles_gives_no_heading_and_that_is_told(
+    place: tuple[float, float], field: tuple[float, float, float], told: str
+) -> None:
+    boat, said = vessel(), []
+    boat = replace(boat, home=replace(boat.home, lat_deg=place[0], lon_deg=place[1]))
+    estimator = Estimator(boat, Parameters(), lambda _t, kind, _name, text: said.append((kind, text)))
+    for k in range(2000):
+        t_s = 0.01 * k
+        state = estimator.update(
+            [Imu(t_s, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(t_s, "imu", *field)], t_s
+        )
+        assert not state.heading_valid
+    assert said == [(TextKind.ATTENTION, told)] and len(told) <= 50
+
+
+def test_a_field_that_changes_its_strength_counts_for_no_field() -> None:
+    """Beside steel the gyro alone carries the heading, and its headings are no compass's."""
+    ahrs, given = heading_of(ROW, Parameters()), []
+    for k in range(1500):
+        t_s, share = 0.01 * k, 1.0 if k < 1000 else 1.5
+        ahrs.field(MagneticField(t_s, "imu", 0.35 * share, 0.0, 0.9 * share), 0.0)
+        if ahrs.imu(Imu(t_s, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0)) is not None:
+            given.append(t_s)
+    assert 11.5 < given[-1] < 12.2
+
+
 def test_an_uncalibrated_magnetometer_has_a_large_sigma() -> None:
     def accuracy_deg(**changes: object) -> float:
         config = vessel()

@@ -57,3 +57,11 @@ def test_a_gap_or_a_jump_begins_the_slow_parts_anew() -> None:
     assert found is not None and found[0] == pytest.approx(0.3, abs=0.01)
     made.begin()
     assert made.latency_s() is None
+
+
+def test_a_heading_or_two_in_a_turn_tell_nothing() -> None:
+    """Once a second: the first fits a latency without anything left, sure to the last digit."""
+    made = TurnLatency()
+    for k in range(5):
+        made.take(float(k), 0.01 * (k % 2), 0.2 * k)
+        assert made.latency_s() is None

@@ -69,3 +69,19 @@ def test_a_boat_that_goes_straight_on_tells_nothing() -> None:
 
 def test_what_is_too_large_is_no_latency() -> None:
     assert told(0.9) is None
+
+
+def test_few_velocities_fit_any_latency() -> None:
+    """Once a second: three of them left nothing, and a latency was told that was none, sure to the last digit."""
+    draw = np.random.default_rng(724050)
+    for _ in range(50):
+        made, lane = VelocityLatency(), Reckoned(0.0)
+        for k in range(12):
+            course = 0.6 * math.sin(1.5 * k)
+            speed = 2.0 * min(k / 5.0, 1.0)
+            north, east = speed * math.cos(course), speed * math.sin(course)
+            lane.velocity = north, east, 0.0
+            noise = 0.05 * draw.standard_normal(2)
+            made.take(float(k), (north + noise[0], east + noise[1]), cast("list[Lane]", [lane]), (0.0, 0.0))
+            found = made.latency_s()
+            assert found is None or abs(found[0]) < max(0.04, 5.0 * found[1])

@@ -123,7 +123,7 @@ ROWS = (
     Row(VelocityVote, lambda evidence, age_s: sped(evidence, 0.05 * age_s), VELOCITY, "fits no force", 10.0, CALM),
     Row(PositionDrift, lambda evidence, age_s: moved(evidence, 0.5 * age_s), POSITION, "drifts", 1.0),
     Row(HeadingDrift, lambda evidence, age_s: turned(evidence, math.radians(age_s)), HEADING, "drifts", 4.0),
-    Row(HeadingCourse, lambda evidence, _: turned(evidence, 0.7), HEADING, "is not on course", 9.0, Boat(5.0)),
+    Row(HeadingCourse, lambda evidence, _: turned(evidence, 0.7), HEADING, "is not on course", 9.0, Boat(8.0)),
     Row(TimeWrong, ahead_of_time, TIME, "is off by 60.0 s", 0.2),
     Row(AccuracyLie, noisy(), POSITION, "is noisier than it claims", 5.0),
     Row(
