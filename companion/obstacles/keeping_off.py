@@ -126,8 +126,8 @@ class KeepingOff:
 
     @property
     def lasts(self) -> bool:
-        """Whether the boat goes out of the way now."""
-        return self._taken is not None
+        """Whether the boat goes out of the way now. To coast is not to go."""
+        return self._taken is not None and self._taken[1] != 0.0
 
     def _near(self, water: Water, nav: NavState) -> Floats:
         """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a

@@ -138,6 +138,15 @@ def test_a_jet_that_turns_fast_is_not_sent_back() -> None:
     assert jet_beside((7.0, -2.0, 2.0), nav, PathSetpoint(math.radians(-97.0), surge_mps=0.5)) is None, "it turns past"
 
 
+def test_a_jet_that_coasts_may_give_up_its_mission() -> None:
+    """At rest without room to turn round it would wait for ever."""
+    parameters = Parameters(JET.parameters)
+    keeping = KeepingOff(JET, parameters, no_fence(JET, parameters), Braking(JET, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([(6.0, -1.5, 1.5)]), chart=None)
+    asked = keeping.update(PathSetpoint(math.radians(-168.0), surge_mps=0.5), [], water, AT_REST, 1.0, 0.0, drifts=True)
+    assert asked is not None and asked.surge_mps == 0.0 and not keeping.lasts
+
+
 @pytest.mark.parametrize(("away_m", "keeps_off"), [(4.25, True), (4.6, False)])
 def test_the_corners_of_a_hull_that_is_half_as_wide_as_long_count(away_m: float, keeps_off: bool) -> None:
     """A WAM-V that turned beside a stone onto which a stream set it came within 0.2 m with a corner of its stern: half
