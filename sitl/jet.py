@@ -16,7 +16,7 @@ class Jet(ThrusterModel):
 
     The exit speed V_j follows the throttle with a first-order lag, down to 0 while the impeller stands (in the dead
     band, or without a command). Force = mass flow times change of speed: ρA V_j (V_j − w U). It brakes where the boat
-    is faster than the jet.
+    is faster than the jet. The nozzle turns this net force: at speed too little aside (docs/inside/results-notes.md).
     """
 
     __slots__ = ("_exit_mps", "_jet", "_most_mps", "_nozzle", "_target_mps")

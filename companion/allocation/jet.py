@@ -3,12 +3,15 @@
 The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
 T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
 the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N, or the hull's drag at its speed; to some
-times JET_STEER_N where that has long been too little, because wind holds the bow.
+times JET_STEER_N where that has long been too little to one side, because wind holds the bow.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
+from numpy.typing import NDArray
 
 from companion.allocation.jet_curve import JetCurve
 from companion.allocation.steered import SteeredAllocator
@@ -16,6 +19,8 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
+
+Floats = NDArray[np.float64]
 
 _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
 _STOP_SHARE = 0.25  # of the impeller's least thrust: a smaller demand stops it
@@ -25,12 +30,18 @@ _LEAST_THRUST_N = 1.0
 _TURN_S, _MORE_S, _MOST = 3.0, 2.0, 6.0
 
 
+def steering_thrust_n(usual_n: float, short_s: Floats) -> Floats:
+    """The thrust in N that may be given for steering once JET_STEER_N, `usual_n`, has been too little for so long."""
+    grown: Floats = usual_n * (1.0 + np.minimum(np.maximum((short_s - _TURN_S) / _MORE_S, 0.0), _MOST - 1.0))
+    return grown
+
+
 class JetAllocator(SteeredAllocator):
     """Wrench → Allocation, by the inverse of the jet's thrust curve at the present speed.
 
     The throttle rises no faster than the vessel's force rate at rest; the nozzle keeps its rate and its stops.
-    Remembers the throttle, the nozzle's angle, how long the thrust for steering has been too little, and whether the
-    jet has failed.
+    Remembers the throttle, the nozzle's angle, how long the thrust for steering has been too little and to which side,
+    and whether the jet has failed.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -39,6 +50,7 @@ class JetAllocator(SteeredAllocator):
         self._hull = config.hull
         self._throttle = 0.0
         self._short_s = 0.0
+        self._across_n = 0.0
 
     def feel(self, rig: Rig | None, nav: NavState) -> None:
         """No effect."""
@@ -54,6 +66,9 @@ class JetAllocator(SteeredAllocator):
     def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         across_n = wrench.yaw_nm / self._thruster.x_m
         stop_rad = self._high_rad if across_n >= 0.0 else -self._low_rad
+        if across_n * self._across_n < 0.0:  # wind holds the bow to one side alone
+            self._short_s = 0.0
+        self._across_n = across_n
         steering_n = self._steering_n(abs(across_n) / math.sin(stop_rad), wrench.surge_n, surge_mps, dt_s)
         thrust_n = max(math.hypot(max(0.0, wrench.surge_n), across_n) if wrench.surge_n > 0.0 else 0.0, steering_n)
         self._open(self._wanted(thrust_n, surge_mps), dt_s)

@@ -322,6 +322,8 @@ class ObstacleGuard:
         return min(self._parameters["DP_SPEED_ASTERN"], self._braking.speed_mps(way_m, stream_along_mps(nav, *astern)))
 
     def _out_of_the_way(self, aside: PathSetpoint, nav: NavState, progress: Progress) -> Setpoint:
+        if aside.surge_mps == 0.0:  # it coasts: a heading would cost thrust
+            return WrenchSetpoint(ZERO_WRENCH, progress)
         if aside.surge_mps < 0.0 and not self._steers_astern:
             return self._astern(nav, -aside.surge_mps, progress)
         return replace(aside, progress=progress)

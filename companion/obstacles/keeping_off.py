@@ -33,6 +33,7 @@ _COASTS_MPS = 0.2  # more way than asked for: a boat without thrust astern canno
 # How far it looks for what lies, and at least until it makes way after a turn on the spot; for what moves, as far as
 # its motion is predicted.
 _LYING_SOON_S, _TURNED_S = 6.0, 2.0
+_ROUND_SOON_S = 10.0  # the same of a boat that its nozzle turns: until it has turned round
 _ACTS_S = 1.5  # before that, all choices are as near to what moves
 _MOVER_M = 2.0  # water to what moves that is too little
 _LYING_SHARE = 0.5  # of the distance at which the boat stops: water to what lies that is too little
@@ -69,6 +70,7 @@ class KeepingOff:
         self._braking = braking
         self._events = events
         self._ways = WaysOut(config, parameters)
+        self._soon_s = _ROUND_SOON_S if self._ways.by_nozzle else _LYING_SOON_S
         self._taken: tuple[float, float] | None = None  # heading and speed
 
     @property
@@ -99,7 +101,7 @@ class KeepingOff:
             return None
         otherwise = Choices(np.array([asked.yaw_rad]), np.array([asked.surge_mps]), np.array([math.inf]))
         north, east = self._ways.places(otherwise, nav)
-        soon_s = max(_LYING_SOON_S, self._ways.turning_s(asked.yaw_rad, nav) + _TURNED_S)
+        soon_s = max(self._soon_s, self._ways.turning_s(asked.yaw_rad, nav) + _TURNED_S)
         room_m = min(
             float(self._rooms_of_movers_m(movers, north, east).min()),
             float(self._room_of_lying_m(around.lying, north, east, before is not None, soon_s)[0]),
@@ -124,8 +126,8 @@ class KeepingOff:
 
     @property
     def lasts(self) -> bool:
-        """Whether the boat goes out of the way now."""
-        return self._taken is not None
+        """Whether the boat goes out of the way now. To coast is not to go."""
+        return self._taken is not None and self._taken[1] != 0.0
 
     def _near(self, water: Water, nav: NavState) -> Floats:
         """What the boat may be set onto soon, or meet on its way out: the nearest thing in each of 72 directions; of a
@@ -161,13 +163,15 @@ class KeepingOff:
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
         turns = comes or self._ways.coasts or around.drifts
         choices = self._choices(around.lying, otherwise, nav, cruise_mps, turns)
-        water_m = self._water_m(around, *self._ways.places(choices, nav))
+        north, east = self._ways.places(choices, nav)
+        water_m = self._water_m(around, north, east)
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
         if before is not None:
-            value[(np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & (choices.surge_mps * before[1] > 0.0)] += _SAME_M
+            same = np.sign(choices.surge_mps) == np.sign(before[1])
+            value[(np.abs(choices.turns_rad(before[0])) < _SAME_RAD) & same] += _SAME_M
         for one in np.argsort(-value):
-            if water_m[one] > least_m + _BETTER_M and self._allowed(around, choices, int(one), nav):
+            if water_m[one] > least_m + _BETTER_M and self._allowed(around, north[one], east[one], nav):
                 return float(choices.yaw_rad[one]), float(choices.surge_mps[one])
         return None
 
@@ -184,7 +188,8 @@ class KeepingOff:
                 choices.yaw_rad.tolist(), choices.surge_mps.tolist(), out_m.tolist(), strict=True
             )
         ]
-        return Choices(choices.yaw_rad, np.asarray(surge), out_m).only(np.abs(surge) > _STOPPED_MPS)
+        coasts = choices.surge_mps == 0.0
+        return Choices(choices.yaw_rad, np.asarray(surge), out_m).only((np.abs(surge) > _STOPPED_MPS) | coasts)
 
     def _most_mps(self, nav: NavState, yaw_rad: float, surge_mps: float, out_m: float) -> float:
         sign = math.copysign(1.0, surge_mps)
@@ -205,10 +210,10 @@ class KeepingOff:
         least: Floats = np.where(meets, ways, _OUT_M).min(axis=1)
         return least
 
-    def _allowed(self, around: _Around, choices: Choices, one: int, nav: NavState) -> bool:
-        """Whether a choice stays within the fence, and clear of a chart's obstacles, until the boat stops."""
-        north, east = self._ways.places(choices.only(np.array([one])), nav)
-        line = [(nav.north_m, nav.east_m), *zip(north[0, 1::4].tolist(), east[0, 1::4].tolist(), strict=True)]
+    def _allowed(self, around: _Around, north: Floats, east: Floats, nav: NavState) -> bool:
+        """Whether a choice, places of shape (k,), stays within the fence, and clear of a chart's obstacles, until the
+        boat stops."""
+        line = [(nav.north_m, nav.east_m), *zip(north[1::4].tolist(), east[1::4].tolist(), strict=True)]
         chart = around.water.chart
         return self._fence.line_refusal(line) is None and (chart is None or chart.line_refusal(line) is None)
 
@@ -218,7 +223,7 @@ class KeepingOff:
         """By how much the water to everything falls short of enough, at most 0, shape (n,). Nearness that lasts counts
         beside the least water: what is too near already is to be left behind soon."""
         movers = np.minimum(0.0, self._rooms_of_movers_m(around.movers, north, east)[:, TIMES_S >= _ACTS_S])
-        lying = self._room_of_lying_m(around.lying, north, east, True)
+        lying = self._room_of_lying_m(around.lying, north, east, True, self._soon_s)
         found: Floats = np.minimum(np.minimum(0.0, lying), movers.min(axis=1) + movers.mean(axis=1))
         return found
 
@@ -228,9 +233,7 @@ class KeepingOff:
         gaps: Floats = np.sqrt(off_n * off_n + off_e * off_e) - lying[:, 2] - self._half_m
         return gaps
 
-    def _room_of_lying_m(
-        self, lying: Floats, north: Floats, east: Floats, wide: bool, soon_s: float = _LYING_SOON_S
-    ) -> Floats:
+    def _room_of_lying_m(self, lying: Floats, north: Floats, east: Floats, wide: bool, soon_s: float) -> Floats:
         """By how much the water to what lies, and comes nearer within `soon_s`, exceeds what is too little, shape (n,).
         `wide`: by all of the distance at which the boat stops."""
         if not len(lying):

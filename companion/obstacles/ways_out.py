@@ -14,6 +14,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
+from companion.obstacles.nozzle_turn import NozzleTurn
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
@@ -54,18 +55,29 @@ class WaysOut:
         self.coasts = not (can_reverse(config.thrusters) or config.has_sail)
         self._hull = config.hull
         self._on_the_spot = turns_on_the_spot(config.thrusters)
+        jet = config.thrusters[0].kind == "jet"
+        self._nozzle = NozzleTurn(config, parameters, STEP_S, len(TIMES_S)) if jet else None
+
+    @property
+    def by_nozzle(self) -> bool:
+        """Whether a jet's nozzle turns the boat."""
+        return self._nozzle is not None
 
     def choices(self, yaw_rad: float, speeds_mps: Sequence[float], out_m: float, turns: bool) -> Choices:
         """Ahead and astern at each of the speeds, on the heading `yaw_rad` and, where the boat `turns`, on twelve
-        others."""
+        others. One that a nozzle turns can also coast."""
         headings = [yaw_rad, *_HEADINGS_RAD] if turns else [yaw_rad]
         surge = [sign * speed for speed in speeds_mps for sign in self._signs]
-        count = len(headings) * len(surge)
-        return Choices(np.repeat(headings, len(surge)), np.tile(surge, len(headings)), np.full(count, out_m))
+        yaw, speeds = np.repeat(headings, len(surge)), np.tile(surge, len(headings))
+        if self._nozzle is not None:
+            yaw, speeds = np.append(yaw, yaw_rad), np.append(speeds, 0.0)
+        return Choices(yaw, speeds, np.full(len(yaw), out_m))
 
     def places(self, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
         """Where the boat will be, north and east at `TIMES_S`, shape (n, k): its speed goes to the one asked for, its
-        heading too, sideways it goes on with the current."""
+        heading too, sideways it goes on with the current. A jet's nozzle turns it by thrust, which drives it on."""
+        if self._nozzle is not None:
+            return _turned(self._nozzle, choices, nav)
         times = TIMES_S[None, :]
         asked, out = choices.surge_mps[:, None], choices.out_m[:, None]
         lag_s = _LAG / self._parameters["PATH_BW_SURGE"]
@@ -113,6 +125,16 @@ class WaysOut:
             turned = fastest * _summed(STEP_S * share[:, 1:])
         yaw: Floats = nav.yaw_rad + np.sign(turn)[:, None] * np.minimum(np.abs(turn)[:, None], turned)
         return yaw
+
+
+def _turned(nozzle: NozzleTurn, choices: Choices, nav: NavState) -> tuple[Floats, Floats]:
+    """`places` of a boat that its nozzle turns: after its way it coasts."""
+    found = nozzle.predicted(choices.yaw_rad, choices.surge_mps, nav, choices.out_m)
+    north, east = found.north_mps, found.east_mps
+    return (
+        nav.north_m + _summed(0.5 * STEP_S * (north[:, 1:] + north[:, :-1])),
+        nav.east_m + _summed(0.5 * STEP_S * (east[:, 1:] + east[:, :-1])),
+    )
 
 
 def _summed(steps: Floats) -> Floats:

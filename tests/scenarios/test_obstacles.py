@@ -48,6 +48,14 @@ def test_a_jet_gives_up_where_gaps_are_narrow_before_it_touches(tmp_path: Path) 
 
 
 @pytest.mark.sweep
+@pytest.mark.parametrize("seed", [711249, 723001])
+def test_a_jet_that_finds_no_way_among_stones_comes_to_rest(tmp_path: Path, seed: int) -> None:
+    """Sent back round, it drove itself on by the thrust of its turn, changed its mind half way, and struck a stone."""
+    outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=seed, vessel="rescuerunner")
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+
+
+@pytest.mark.sweep
 def test_a_boat_that_tries_one_side_and_the_other_comes_through_or_gives_up(tmp_path: Path) -> None:
     """What it has seen on one side it forgets while it tries the other. Once it went to and fro for ever."""
     outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=100, vessel="revolt")

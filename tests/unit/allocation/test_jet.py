@@ -99,6 +99,15 @@ def test_where_wind_holds_the_bow_the_thrust_for_steering_grows() -> None:
     assert given_n(1.0) == pytest.approx(250.0, rel=1e-3), "the thrust ahead has steered it"
 
 
+def test_a_turn_back_to_the_other_side_begins_with_jet_steer_n() -> None:
+    """Wind holds a bow to one side. RescueRunner, sent to and fro among stones, pushed with up to 1300 N each way, to 5
+    m/s where 0.5 were asked for."""
+    jet = allocator(JET_STEER_N=250.0)
+    settle(jet, Wrench(0.0, 0.0, 1200.0), 2.0, 6.0)
+    result = settle(jet, Wrench(0.0, 0.0, -1200.0), 2.0, 2.0)
+    assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(250.0, rel=1e-3)
+
+
 def test_a_jet_that_was_stopped_begins_with_jet_steer_n() -> None:
     """Disarmed with its bow against a quay, RescueRunner began its next sail with three times JET_STEER_N."""
     jet = allocator(JET_STEER_N=250.0)

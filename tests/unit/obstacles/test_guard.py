@@ -328,6 +328,13 @@ def test_in_hold_a_boat_that_cannot_keep_its_point_keeps_off_what_lies_in_its_wa
         assert isinstance(got, PathSetpoint) == keeps_off, "one that keeps its point stays there"
 
 
+def test_a_jet_that_would_turn_onto_a_stone_gives_no_thrust() -> None:
+    """A heading would cost thrust, which would drive it on."""
+    bridge = Bridge((12.0, -3.0, 2.5), config=JET)
+    asked = PathSetpoint(math.radians(-168.0), surge_mps=0.5)
+    assert bridge.steer(asked, Sailing(drifts=True), **motion(1.2, 0.0)) == WrenchSetpoint(ZERO_WRENCH)
+
+
 def test_without_thrust_astern_and_without_a_way_a_boat_coasts() -> None:
     """Thrust that turns it along its old way would speed it up, and it could not stop."""
     ring = [(24.0 + 8.0 * math.cos(a), 8.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 12, endpoint=False)]

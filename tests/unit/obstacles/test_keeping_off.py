@@ -116,6 +116,37 @@ def test_a_boat_without_thrust_astern_is_expected_to_go_as_far_as_it_coasts() ->
     assert north[0, -1] < 4.0, "an Otter reverses"
 
 
+def jet_beside(stone: tuple[float, float, float], nav: NavState, asked: PathSetpoint) -> PathSetpoint | None:
+    """What a jet boat about a point that it cannot keep does near a stone (north_m, east_m, radius_m)."""
+    parameters = Parameters(JET.parameters)
+    keeping = KeepingOff(JET, parameters, no_fence(JET, parameters), Braking(JET, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([stone]), chart=None)
+    return keeping.update(asked, [], water, nav, 1.0, 0.0, drifts=True)
+
+
+def test_a_jet_that_cannot_turn_round_before_a_stone_coasts() -> None:
+    """The thrust of its turn drove it on from 1.3 to 2 m/s, and onto the stone."""
+    nav = replace(AT_REST, surge_mps=1.2, north_mps=1.2)
+    away = jet_beside((12.0, -3.0, 2.5), nav, PathSetpoint(math.radians(-168.0), surge_mps=0.5))
+    assert away is not None and away.surge_mps == 0.0
+    assert jet_beside((30.0, -3.0, 2.5), nav, PathSetpoint(math.radians(-168.0), surge_mps=0.5)) is None
+
+
+def test_a_jet_that_turns_fast_is_not_sent_back() -> None:
+    """It was told to turn the other way, went on turning and straightened out towards the stone."""
+    nav = replace(AT_REST, surge_mps=2.0, sway_mps=0.7, north_mps=2.0, east_mps=0.7, yaw_rate_radps=-0.55)
+    assert jet_beside((7.0, -2.0, 2.0), nav, PathSetpoint(math.radians(-97.0), surge_mps=0.5)) is None, "it turns past"
+
+
+def test_a_jet_that_coasts_may_give_up_its_mission() -> None:
+    """At rest without room to turn round it would wait for ever."""
+    parameters = Parameters(JET.parameters)
+    keeping = KeepingOff(JET, parameters, no_fence(JET, parameters), Braking(JET, parameters), EventLog())
+    water: Any = SimpleNamespace(circles=np.array([(6.0, -1.5, 1.5)]), chart=None)
+    asked = keeping.update(PathSetpoint(math.radians(-168.0), surge_mps=0.5), [], water, AT_REST, 1.0, 0.0, drifts=True)
+    assert asked is not None and asked.surge_mps == 0.0 and not keeping.lasts
+
+
 @pytest.mark.parametrize(("away_m", "keeps_off"), [(4.25, True), (4.6, False)])
 def test_the_corners_of_a_hull_that_is_half_as_wide_as_long_count(away_m: float, keeps_off: bool) -> None:
     """A WAM-V that turned beside a stone onto which a stream set it came within 0.2 m with a corner of its stern: half
