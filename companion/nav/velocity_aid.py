@@ -20,8 +20,10 @@ _SILENT_S = 0.5  # without a measurement, before the model's velocity is used
 _PERIOD_S = 1.0
 _CORRELATION_S = 6.0  # how long an error of the model's velocity lasts
 _MISSING_S = 6.0  # over which the model's error is averaged: a boat in waves swings about it
-_CHANGE_SHARE = 0.15  # uncertain share of a change of velocity through the water: the steady error turns with the hull
-_LASTING_SHARE, _BUILT_UP_S = 0.7, 30.0  # of the model's sigma, and the time until that much of it lasts
+# Uncertain share of a change of velocity through the water (the steady error turns with the hull), and the part of it
+# that lasts: on the next heading the hull turns it on.
+_CHANGE_SHARE, _LASTING_CHANGE_SHARE = 0.15, 0.05
+_LASTING_SHARE, _BUILT_UP_S = 0.7, 60.0  # of the model's sigma, and the time until that much of it lasts
 _LARGEST_SIGMA_MPS = 0.5
 
 
@@ -66,10 +68,11 @@ class VelocityAid:
             return None
         assert self._missing is not None
         changed = math.hypot(water[0] - self._water[0], water[1] - self._water[1])
+        lasting_mps = math.hypot(sigma, _LASTING_CHANGE_SHARE * changed)
         sigma = math.hypot(sigma, _CHANGE_SHARE * changed)
         if not sigma <= _LARGEST_SIGMA_MPS:
             return None
-        variance_m2 = self._go_astray(sigma, now_s)
+        variance_m2 = self._go_astray(lasting_mps, now_s)
         self._last_s = now_s
         north, east = north + self._missing[0], east + self._missing[1]
         return ModelledVelocity(north, east, sigma * math.sqrt(_CORRELATION_S / _PERIOD_S), variance_m2)

@@ -88,7 +88,7 @@ def test_its_sigma_grows_with_the_gap_and_with_a_change_of_speed() -> None:
 
 
 def test_what_lasts_of_its_error_takes_the_position_off_in_proportion_to_time() -> None:
-    """It has built up after half a minute. Errors that come anew all the time would go with the root of it."""
+    """It has built up after a minute. Errors that come anew all the time would go with the root of it."""
     sail = Sail()
     sail.go(60.0, measured=True)
     off_m = []
