@@ -16,6 +16,7 @@ from companion.fence.guard import FenceGuard
 from companion.guidance.bend_speed import steady_turn_radps
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
+from companion.positioning.beam_drift import BeamDrift
 from companion.positioning.stop import Stop
 from companion.positioning.straight_astern import straight_astern
 
@@ -33,6 +34,10 @@ _TURN_RADPS = math.radians(12.0)
 _SWING_SROOT = 4.0  # time in which half of an offset across the bow is swung away, over √length: yaw must be faster
 _DAMPING_SHARE = 0.5  # of that time, by which the sideways motion is looked ahead
 _SETTLE_SHARE = 8.0  # of that time, in which the heading to lie at learns what is left
+# Further from the drift that it has felt, the heading to lie at comes back instead, at a radian over the second times
+# that time: a faster turn would push the boat aside.
+_ASTRAY_RAD, _ASTRAY_SHARE = math.radians(25.0), 4.0
+_LEAD_SHARE = 0.5  # of that time: on its way back it steers from where its sideways motion will have taken it
 _RETURN_RATE_1PS = 0.25
 _OUT_SHARE, _BACK_SHARE = 0.9, 0.5  # of the watch circle
 _CALM_OUT_SHARE, _CALM_BACK_SHARE = 0.5, 0.15  # the same without a drift that would swing the boat back
@@ -64,8 +69,12 @@ class BowKeeper:
     Beyond 0.9 of the watch circle, or where the boat drifts so fast that it would be there before the bow has come
     round (not of a boat with a rudder), the bow points to the hold point itself until the boat is well inside again.
 
-    A lone thruster that steers by its direction pushes the boat as it turns it. Where the boat goes round the point
-    faster than its bow comes round, the thrust would keep it on that circle: it lets the water stop it first.
+    A lone thruster that steers by its direction pushes the boat as it turns it: the middle goes to one side, then the
+    bow leads the boat to the other (nonminimum phase). Its keeper minds the point ahead of the middle that the push
+    leaves in place, and lies bow to the drift that it has felt on the beam (`BeamDrift`): where wind and current oppose
+    each other, the drift that the estimator knows may point the other way. Near the point a boat without a drift goes
+    straight on, past it if need be. Where it goes round the point faster than its bow comes round, the thrust would
+    keep it on that circle: it lets the water stop it first.
 
     A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
     its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
@@ -97,8 +106,10 @@ class BowKeeper:
         self._point = (0.0, 0.0)
         self._own_point = False
         self._lie_rad = self._heading_rad = 0.0
-        self._drift = (0.0, 0.0)
-        self._least_mps = _LEAST_DRIFT_MPS
+        self._beam = BeamDrift(config) if self._steers_alone else None
+        self._pivot_m = self._beam.pivot_m if self._beam is not None else 0.0
+        self._drift = self._stream = (0.0, 0.0)  # where it is carried across, and what the estimator tells of it
+        self._least_mps = self._sure_mps = _LEAST_DRIFT_MPS  # that has a direction; of the estimator's
         self._drifts = False
         self._returning = self._nearing = self._turning = self._coasting = self._astern = False
         self._round_s = 0.0
@@ -123,7 +134,10 @@ class BowKeeper:
             self._point = self._held((nav.north_m, nav.east_m))
         self._heading_rad = nav.yaw_rad
         self._drift, self._drifts = _drift(nav) or (0.0, 0.0), False
-        self._least_mps = _least_drift_mps(nav)
+        self._stream = self._drift
+        if self._beam is not None:
+            self._beam.begin(self._drift)
+        self._least_mps = self._sure_mps = _least_drift_mps(nav)
         self._see_direction()
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
@@ -157,14 +171,14 @@ class BowKeeper:
             return PathSetpoint(yaw_rad, 0.0, progress=progress)
         if self._goes_astern_first(nav):
             return self._astern_first(nav, progress)
-        self._judge(nav, distance_m, nav.north_mps * north_m + nav.east_mps * east_m)
+        self._judge(nav, distance_m, self._inward_m2ps(nav, north_m, east_m))
         stands = self._is_carried(north_m, east_m) if self._needs_flow else self._slides(nav, north_m, east_m, dt_s)
         if stands:
             return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         if self._returning:
             back_mps = min(ahead_mps, _RETURN_RATE_1PS * distance_m)
-            bearing = math.atan2(east_m, north_m)
+            bearing = self._bearing_rad(nav, north_m, east_m)
             upstream = self._upstream_rad()
             self._heading_rad = bearing if upstream is None else self._back_rad(bearing, back_mps)
             self._lie_rad = bearing if upstream is None else upstream
@@ -180,6 +194,28 @@ class BowKeeper:
         if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
             surge_mps = max(surge_mps, self._carried_mps(nav))
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress, keeps_place=True)
+
+    def _inward_m2ps(self, nav: NavState, north_m: float, east_m: float) -> float:
+        """The distance times the speed towards the point, of what the push of a turn leaves in place."""
+        turned_mps = self._pivot_m * nav.yaw_rate_radps
+        north_mps = nav.north_mps - turned_mps * math.sin(nav.yaw_rad)
+        east_mps = nav.east_mps + turned_mps * math.cos(nav.yaw_rad)
+        return north_mps * north_m + east_mps * east_m
+
+    def _bearing_rad(self, nav: NavState, north_m: float, east_m: float) -> float:
+        """The bearing of the point. A boat that cannot stop its sideways motion looks ahead by it, and without a drift
+        it steers straight on where the point is near: its bearing changes faster than the boat can follow it."""
+        bearing = math.atan2(east_m, north_m)
+        if self._beam is None:
+            return bearing
+        distance_m = math.hypot(north_m, east_m)
+        ahead = math.cos(wrap_pi(bearing - self._heading_rad)) > 0.5
+        if ahead and not self._drifts and distance_m < self._shortest_m:
+            return self._heading_rad
+        c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+        sideways_mps = nav.east_mps * c - nav.north_mps * s + self._pivot_m * nav.yaw_rate_radps
+        lead_m = min(distance_m, max(-distance_m, _LEAD_SHARE * self._swing_s * sideways_mps))
+        return math.atan2(east_m - lead_m * c, north_m + lead_m * s)
 
     def _back_rad(self, bearing_rad: float, back_mps: float) -> float:
         """The heading on which the boat comes back along a bearing at `back_mps` over ground, against its drift."""
@@ -237,14 +273,20 @@ class BowKeeper:
     def _slides(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> bool:
         """Whether the boat has long gone round its point by its own motion through the water."""
         distance_m = max(_AT_POINT_M, math.hypot(north_m, east_m))
-        north_mps, east_mps = nav.north_mps - self._drift[0], nav.east_mps - self._drift[1]
+        north_mps, east_mps = nav.north_mps - self._stream[0], nav.east_mps - self._stream[1]
         round_mps = abs(north_m * east_mps - east_m * north_mps) / distance_m
         sideways_mps = abs(east_mps * math.cos(nav.yaw_rad) - north_mps * math.sin(nav.yaw_rad))
         share = _SETTLED_SHARE if self._round_s >= _ROUND_S else 1.0
         fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS
         self._round_s = self._round_s + dt_s if fast else 0.0
-        swept = self._returning and self._upstream_rad() is not None  # it would lose what it has to win back
+        swept = self._returning and self._is_swept()  # it would lose what it has to win back
         return self._steers_alone and self._round_s >= _ROUND_S and not swept
+
+    def _is_swept(self) -> bool:
+        """Whether the estimator tells a drift that has a direction; a boat's own slide may be felt as one."""
+        if self._beam is None:
+            return self._drifts
+        return math.hypot(*self._stream) >= self._sure_mps
 
     def _carried_mps(self, nav: NavState) -> float:
         """Speed at which the drift carries the boat ahead; 0 where it carries it astern. A boat that brakes against it
@@ -253,7 +295,7 @@ class BowKeeper:
 
     def _along_mps(self, nav: NavState) -> float:
         """The drift ahead along the hull."""
-        return self._drift[0] * math.cos(nav.yaw_rad) + self._drift[1] * math.sin(nav.yaw_rad)
+        return self._stream[0] * math.cos(nav.yaw_rad) + self._stream[1] * math.sin(nav.yaw_rad)
 
     def _is_carried(self, north_m: float, east_m: float) -> bool:
         """Whether the propeller stands. `north_m`, `east_m`: from the boat to the point."""
@@ -304,11 +346,16 @@ class BowKeeper:
         wrong = wrap_pi(upstream - self._lie_rad)
         c, s = math.cos(self._lie_rad), math.sin(self._lie_rad)
         across_m, across_mps = east_m * c - north_m * s, nav.east_mps * c - nav.north_mps * s
+        turned = wrap_pi(nav.yaw_rad - self._lie_rad)
+        across_m -= self._pivot_m * math.sin(turned)
+        across_mps += self._pivot_m * nav.yaw_rate_radps * math.cos(turned)
         line_m = max(self._shortest_m, math.hypot(*self._drift) * self._swing_s)
         slant = (across_m - _DAMPING_SHARE * self._swing_s * across_mps) / line_m
         self._turning = abs(wrong) > (_RIGHT_RAD if self._turning else _WRONG_RAD)
         if self._turning:
             turn_radps = math.copysign(_TURN_RADPS, wrong)
+        elif self._beam is not None and abs(wrong) > _ASTRAY_RAD:
+            turn_radps = math.copysign(1.0 / (_ASTRAY_SHARE * self._swing_s), wrong)
         else:
             turn_radps = min(1.0, max(-1.0, across_m / line_m)) / (_SETTLE_SHARE * self._swing_s)
         self._lie_rad = wrap_pi(self._lie_rad + turn_radps * dt_s)
@@ -323,14 +370,23 @@ class BowKeeper:
 
     def _see_drift(self, nav: NavState, dt_s: float) -> None:
         seen = _drift(nav)
-        if seen is None:
-            return
         share = dt_s / (dt_s + _DRIFT_TIME_S)
-        # by its mean, too: each answer to a drift is thrust, which makes the current less sure
-        self._least_mps += share * (_least_drift_mps(nav) - self._least_mps)
-        north, east = self._drift
-        self._drift = north + share * (seen[0] - north), east + share * (seen[1] - east)
+        if seen is not None:
+            north, east = self._stream
+            self._stream = north + share * (seen[0] - north), east + share * (seen[1] - east)
+            # by its mean, too: each answer to a drift is thrust, which makes the current less sure
+            self._sure_mps += share * (_least_drift_mps(nav) - self._sure_mps)
+        if self._beam is None:
+            self._drift, self._least_mps = self._stream, self._sure_mps
+        else:
+            self._feel_drift(self._beam, nav, dt_s)
         self._see_direction()
+
+    def _feel_drift(self, beam: BeamDrift, nav: NavState, dt_s: float) -> None:
+        if dt_s > 0.0:
+            beam.see(nav, nav.surge_mps - self._along_mps(nav), dt_s)
+        self._drift = beam.north_mps, beam.east_mps
+        self._least_mps = max(_LEAST_DRIFT_MPS, beam.sigma_mps)
 
 
 def _least_drift_mps(nav: NavState) -> float:

@@ -1,0 +1,142 @@
+"""The drift on the beam, from the motion of a hull that wind and current push, and a Hold in weather from both ends."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from companion.allocation.allocator import Allocator
+from companion.cli.new_file import Answers, file_text
+from companion.config.vessel import find, load, parse
+from companion.control.controller import Controller
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.params.store import Parameters
+from companion.params.table import table_of
+from companion.positioning.beam_drift import BeamDrift
+from companion.positioning.bow_keeper import BowKeeper
+from sitl.environment import wind_force
+from sitl.hull import Hull
+from sitl.thrusters import build
+
+OTTER = load(find("otter"))
+
+
+ANSWERS = Answers(
+    "rib", "RIB", "planing", 5.0, 2.0, 450.0, None, None, None, "azimuth", "1500", None, 0.0, "microcontroller", "two",
+    63.442, 10.4,
+)  # fmt: skip
+BOAT = parse(file_text(ANSWERS), "rib.toml")
+LEVER_M = -BOAT.thrusters[0].x_m
+
+
+class Water:
+    """The hull with wind from the north and a current from the south, or what is set."""
+
+    def __init__(self, wind_mps: float, current_north_mps: float, yaw_rad: float) -> None:
+        self.hull = Hull(BOAT.hull)
+        self.hull.set_current(current_north_mps, 0.0)
+        self.hull.place(0.0, 0.0, yaw_rad)
+        self._wind_mps = wind_mps
+
+    def step(self, surge_n: float, sway_n: float, yaw_nm: float, dt_s: float) -> None:
+        hull = self.hull
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        north, east = -self._wind_mps - hull.north_mps, -hull.east_mps
+        x_n, y_n, n_nm = wind_force(BOAT.windage, BOAT.length_m, c * north + s * east, c * east - s * north)
+        hull.step(surge_n + x_n, sway_n + y_n, yaw_nm + n_nm, dt_s)
+
+    def nav(self, t_s: float, current: tuple[float, float] | None = None) -> NavState:
+        hull = self.hull
+        known = None if current is None else 0.02
+        return replace(
+            NO_ESTIMATE,
+            t_s=t_s,
+            north_m=hull.north_m,
+            east_m=hull.east_m,
+            yaw_rad=hull.yaw_rad,
+            surge_mps=hull.surge_mps,
+            sway_mps=hull.sway_mps,
+            north_mps=hull.north_mps,
+            east_mps=hull.east_mps,
+            yaw_rate_radps=hull.yaw_rate_radps,
+            current_north_mps=None if current is None else current[0],
+            current_east_mps=None if current is None else current[1],
+            current_accuracy_mps=known,
+        )
+
+
+def turned_to_and_fro(push_aside: bool) -> BeamDrift:
+    """What is found in still air and water while a thruster turns the boat by some 40° to either side."""
+    water, beam = Water(0.0, 0.0, 0.0), BeamDrift(BOAT)
+    for i in range(1200):
+        moment_nm = 150.0 * math.cos(0.1 * i)
+        for _ in range(5):
+            water.step(0.0, -moment_nm / LEVER_M if push_aside else 0.0, moment_nm, 0.02)
+        nav = water.nav(0.1 * i)
+        beam.see(nav, nav.surge_mps, 0.1)
+    return beam
+
+
+def test_what_steering_pushes_aside_is_no_drift() -> None:
+    beam = turned_to_and_fro(push_aside=True)
+    assert math.hypot(beam.north_mps, beam.east_mps) < 0.03
+
+
+def test_the_pivot_stays_where_the_thruster_pushes() -> None:
+    """The middle goes aside at p times the rate of turn that the push makes."""
+    water, beam = Water(0.0, 0.0, 0.0), BeamDrift(BOAT)
+    water.step(0.0, -200.0, 200.0 * LEVER_M, 0.02)
+    hull = water.hull
+    assert beam.pivot_m > 0.1
+    assert hull.sway_mps + beam.pivot_m * hull.yaw_rate_radps == pytest.approx(0.0, abs=0.01 * abs(hull.sway_mps))
+    assert BeamDrift(OTTER).pivot_m == 0.0, "two fixed thrusters turn without a push aside"
+
+
+def test_it_finds_where_the_wind_carries_a_boat_that_lies_across_against_the_current() -> None:
+    water, beam = Water(6.0, 0.3, math.radians(80.0)), BeamDrift(BOAT)
+    beam.begin((0.3, 0.0))  # the estimated current
+    for i in range(600):
+        for _ in range(5):
+            water.step(0.0, 0.0, 0.0, 0.02)
+            water.hull.place(0.0, 0.0, math.radians(80.0) + 0.3 * math.sin(0.01 * i), 0.0, water.hull.sway_mps, 0.0)
+        nav = water.nav(0.1 * i)
+        beam.see(nav, nav.surge_mps, 0.1)
+    assert beam.north_mps < -0.1, "south, with the wind"
+    assert beam.sigma_mps < 0.3
+
+
+def held(wind_mps: float, current_mps: float, yaw_rad: float, duration_s: float) -> list[tuple[float, float]]:
+    """(distance from the point, heading) each tenth of a second, with the current known as it is."""
+    values = Parameters(BOAT.parameters, table_of(BOAT))
+    water = Water(wind_mps, current_mps, yaw_rad)
+    thrusters = build(BOAT.thrusters, 0.2, None)
+    control, allocator, keeper = Controller(BOAT, values), Allocator(BOAT, values), BowKeeper(BOAT, values)
+    keeper.start(water.nav(0.0))
+    keeper.hold(0.0, 0.0, yaw_rad, None)
+    achieved, track = ZERO_WRENCH, []
+    for i in range(round(duration_s * 10.0)):
+        nav = water.nav(0.1 * i, (current_mps, 0.0))
+        allocation = allocator.update(control.update(keeper.update(nav, None, 1.0, 0.1), nav, achieved, 0.1), 0.1)
+        achieved = allocation.achieved
+        for thruster, command in zip(thrusters, allocation.thrusters, strict=True):
+            thruster.demand(command.throttle, command.azimuth_rad)
+        for _ in range(5):
+            for thruster in thrusters:
+                thruster.step(0.02)
+            surge_n, sway_n, yaw_nm = (sum(axis) for axis in zip(*[t.wrench() for t in thrusters], strict=True))
+            water.step(surge_n, sway_n, yaw_nm, 0.02)
+        track.append((math.hypot(water.hull.north_m, water.hull.east_m), water.hull.yaw_rad))
+    return track
+
+
+def test_wind_against_current_does_not_drive_a_lone_outboard_off_to_and_fro() -> None:
+    """It lay bow to the current, where each turn of the bow to one side had the wind carry it to the other."""
+    track = held(6.0, 0.3, math.radians(120.0), 300.0)
+    late = track[-1500:]
+    assert max(distance for distance, _ in late) < 1.5
+    assert all(math.cos(yaw) > 0.5 for _, yaw in late), "bow to the wind, which carries it across"
+    turned = sum(wrap_pi(b[1] - a[1]) for a, b in pairwise(late))
+    assert abs(turned) < math.pi
