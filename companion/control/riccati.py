@@ -5,6 +5,7 @@ numpy suffices for it: to load scipy's solver takes 27 MB, and a tick too long w
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -47,12 +48,12 @@ def _by_sign(a: Floats, g: Floats, q: Floats) -> Floats:
 
 def _sign(matrix: Floats) -> Floats:
     """The matrix with each eigenvalue replaced by the sign of its real part, by Newton's iteration."""
-    before = np.inf
+    before = math.inf
     for _ in range(_STEPS):
         inverse = np.linalg.inv(matrix)
         scale = np.exp(-np.linalg.slogdet(matrix)[1] / len(matrix))
         stepped: Floats = 0.5 * (scale * matrix + inverse / scale)
-        change = np.linalg.norm(stepped - matrix, 1) / np.linalg.norm(stepped, 1)
+        change = float(np.linalg.norm(stepped - matrix, 1) / np.linalg.norm(stepped, 1))
         if change <= _SETTLED or before <= change <= _NEARLY:
             return stepped
         matrix, before = stepped, change
