@@ -6,7 +6,7 @@ numpy suffices for it: to load scipy's solver takes 27 MB, and a tick too long w
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def _by_sign(a: Floats, g: Floats, q: Floats) -> Floats:
     """X, where weights are far apart with few digits. It is sought as a multiple that brings `g` and `q` together."""
     n = len(a)
     eye = np.eye(n)
-    size = np.sqrt(np.linalg.norm(q, 1) / np.linalg.norm(g, 1)) if np.any(q) and np.any(g) else 1.0
+    size = math.sqrt(np.linalg.norm(q, 1) / np.linalg.norm(g, 1)) if np.any(q) and np.any(g) else 1.0
     sign = _sign(np.block([[a, -size * g], [-q / size, -a.T]]))
     left, right = np.vstack((sign[:n, n:], sign[n:, n:] + eye)), np.vstack((sign[:n, :n] + eye, sign[n:, :n]))
     return _symmetric(size * np.linalg.lstsq(left, -right, rcond=None)[0])
@@ -72,6 +72,6 @@ def _refined(a: Floats, b: Floats, q: Floats, r: Floats, x: Floats) -> Floats:
     return _symmetric(np.linalg.solve(equation, -weight.reshape(-1)).reshape(a.shape))
 
 
-def _symmetric(x: Floats) -> Floats:
+def _symmetric(x: NDArray[np.floating[Any]]) -> Floats:
     symmetric: Floats = 0.5 * (x + x.T)
     return symmetric
