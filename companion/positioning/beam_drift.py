@@ -35,13 +35,13 @@ class BeamDrift:
         self._hull = config.hull
         lone = config.thrusters[0] if len(config.thrusters) == 1 else None
         steers = lone is not None and lone.turns and lone.x_m != 0.0
-        self._per_lever = 1.0 / (config.hull.m22_kg * abs(lone.x_m)) if lone is not None and steers else 0.0
+        self._per_lever = -1.0 / (config.hull.m22_kg * lone.x_m) if lone is not None and steers else 0.0
         self.begin((0.0, 0.0))
 
     @property
     def pivot_m(self) -> float:
         """How far ahead of the middle the point lies that a push of the steering thruster leaves in place (the centre
-        of percussion); 0 where the boat turns without a push aside."""
+        of percussion), negative where that thruster is ahead of it; 0 where the boat turns without a push aside."""
         return self._hull.m33_kgm2 * self._per_lever
 
     @property

@@ -72,9 +72,7 @@ def paired(name: str, first: Sequence[float], second: Sequence[float]) -> Paired
     if len(a) < _LEAST_PAIRS:
         return None
     differences = b - a
-    unequal = differences[
-        differences != 0.0
-    ]  # with equal ones among them, scipy takes the approximation for many pairs
+    unequal = differences[differences != 0.0]  # with equal ones, scipy takes the approximation for many pairs
     p = float(stats.wilcoxon(unequal).pvalue) if len(unequal) else 1.0
     (middle,) = _with_intervals(differences, (50.0,))
     return Paired(name, len(a), float(np.median(a)), float(np.median(b)), middle, p)

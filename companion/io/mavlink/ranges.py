@@ -58,7 +58,8 @@ def reading_of(
     nothing tells its max_distance: the message has no other value for that."""
     turn, signal = int(message.orientation), message.signal_quality != _NO_SIGNAL
     if turn == _DOWN:
-        measured = signal and message.min_distance <= message.current_distance < message.max_distance
+        least_cm = max(1, message.min_distance)  # 0: many sounders say so that they find no bottom
+        measured = signal and least_cm <= message.current_distance < message.max_distance
         depth_m = message.current_distance * _CM
         return Depth(t_s, source, depth_m, None, message.max_distance * _CM) if measured else None
     if not _FORWARD <= turn <= _LAST_YAW:

@@ -28,6 +28,18 @@ def test_a_double_integrator_has_the_gains_of_the_books() -> None:
     assert x == pytest.approx(np.array([[3.0**0.5, 1.0], [1.0, 3.0**0.5]]), abs=1e-12)
 
 
+def test_weights_that_are_far_apart_cost_no_digits() -> None:
+    """The solution in units of the states in which all weights are alike, and in others."""
+    draws = np.random.default_rng(5)
+    a, b = draws.normal(size=(6, 6)), draws.normal(size=(6, 2))
+    x = stabilising(a, b, np.eye(6), np.eye(2))
+    for most in (1e2, 1e4):
+        units = np.geomspace(1.0 / most, most, 6)
+        across = np.outer(units, units)
+        found = stabilising(a * units / units[:, None], b / units[:, None], np.diag(units**2), np.eye(2))
+        assert found / across == pytest.approx(x, rel=1e-8, abs=1e-8)
+
+
 def test_what_no_input_can_hold_has_no_solution() -> None:
     with pytest.raises(ValueError, match="stabilising"):
         stabilising(np.array([[0.0]]), np.array([[0.0]]), np.array([[0.0]]), np.array([[1.0]]))

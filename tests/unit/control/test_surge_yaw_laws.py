@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -39,6 +40,15 @@ def test_integrals_end_at_half_of_the_limits() -> None:
         wrench = law.update(AHEAD, nav_state(yaw_rad=0.2), 0.1)
     assert wrench.surge_n == pytest.approx(200.0 * 1.2 + 0.5 * 400.0)
     assert wrench.yaw_nm == pytest.approx(-350.0 * 0.2 - 0.5 * 350.0)
+
+
+def test_each_value_that_a_parameter_may_have_gives_gains() -> None:
+    """A value without gains would end the companion at each start."""
+    names = ("WP_SPEED", "LQR_ERR_SPEED", "LQR_ERR_YAW", "LQR_ERR_RATE", "LQR_INT_T", "LQR_EFFORT")
+    specs = [spec for name in names if (spec := parameters().spec(name)) is not None]
+    for values in product(*((spec.minimum, spec.maximum) for spec in specs)):
+        found = np.array(gains(ABOAT, parameters(**dict(zip(names, values, strict=True)))))
+        assert np.all(np.isfinite(found)) and found[0, 1] > 0.0 and found[1, 3] > 0.0
 
 
 def test_the_gains_are_those_of_the_finite_horizon_far_from_its_end() -> None:

@@ -95,6 +95,15 @@ def test_the_pivot_stays_where_the_thruster_pushes() -> None:
     assert BeamDrift(OTTER).pivot_m == 0.0, "two fixed thrusters turn without a push aside"
 
 
+def test_a_thruster_at_the_bow_pushes_to_the_side_to_which_it_turns() -> None:
+    water = Water(0.0, 0.0, 0.0)
+    (thruster,) = BOAT.thrusters
+    beam = BeamDrift(replace(BOAT, thrusters=(replace(thruster, x_m=LEVER_M),)))
+    water.step(0.0, 200.0, 200.0 * LEVER_M, 0.02)
+    hull = water.hull
+    assert hull.sway_mps + beam.pivot_m * hull.yaw_rate_radps == pytest.approx(0.0, abs=0.01 * hull.sway_mps)
+
+
 def test_it_finds_where_the_wind_carries_a_boat_that_lies_across_against_the_current() -> None:
     water, beam = Water(6.0, 0.3, math.radians(80.0)), BeamDrift(BOAT)
     beam.begin((0.3, 0.0))  # the estimated current

@@ -22,7 +22,7 @@ def do_orbit(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answe
     """Orbit a point in Circle.
 
     param1: Radius in metres, negative counter-clockwise; NaN: as it is, else CIRC_RADIUS and CIRC_DIR.
-    param2: Speed over ground in m/s; NaN: as it is, else CIRC_SPEED. Alone, it changes the orbit under way only.
+    param2: Speed over ground in m/s; NaN: as it is, else CIRC_SPEED. Alone, it begins no orbit that is over.
     param3: Yaw behaviour; all are accepted, and the boat sails bow first.
     param4: Angle to sweep in radians; 0: without end.
     param5: Latitude of the centre; NaN: as it is, else where the boat is.

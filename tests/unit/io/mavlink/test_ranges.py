@@ -86,6 +86,15 @@ def test_a_sensor_that_looks_down_gives_the_depth() -> None:
     assert reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_90, 850), "sonar", 2.0) is None
 
 
+def test_a_depth_of_zero_means_that_no_bottom_is_found() -> None:
+    """The boat turned back over deep water, for a sounder whose least distance is 0 too."""
+    message = one(mavlink.MAV_SENSOR_ROTATION_PITCH_270, 0)
+    message.min_distance = 0
+    assert reading_of(message, "sonar", 2.0) is None
+    message.current_distance = 1
+    assert reading_of(message, "sonar", 2.0) == Depth(2.0, "sonar", 0.01, None, 30.0)
+
+
 @pytest.mark.parametrize(("quality", "counts"), [(0, True), (1, False), (2, True), (100, True)])
 def test_a_distance_without_a_signal_is_not_known(quality: int, counts: bool) -> None:
     """A lost echo, of which signal_quality is 1, counted as measured."""
