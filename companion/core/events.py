@@ -6,6 +6,9 @@ from collections.abc import Callable
 
 from companion.core.decision import Event, TextKind
 
+SHORT_NAME = 16
+"""Most characters of a device's name in an announcement: a STATUSTEXT shows 50 in all."""
+
 Announce = Callable[[float, TextKind, str, str], None]
 """(t_s, kind, name, text): `EventLog.say`, as blocks take it."""
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
+from companion.core.events import SHORT_NAME
 from companion.core.readings import GroundVelocity, Imu, MagneticField, Reading
 from companion.nav.compass_turns import PASSES, TiltPass, TurnsError, fit_turns, left_rad
 from companion.nav.field_fit import SECTORS, FieldFit
@@ -22,7 +23,6 @@ _AT_ONCE = 400  # readings of a later pass in one tick
 _SILENT_S = 3.0
 _STANDS_S = 60.0
 _LONGEST_S = 900.0
-_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _MOST_LEFT_RAD = math.radians(5.0)
 
 
@@ -127,9 +127,9 @@ class CompassCalibration:
 
     def _failure(self, now_s: float) -> str | None:
         if now_s - self._imu_s > _SILENT_S:
-            return f"{self.row.name[:_NAME]} is silent"
+            return f"{self.row.name[:SHORT_NAME]} is silent"
         if now_s - self._field_s > _SILENT_S:
-            return f"no field from {self.row.name[: _NAME - 4]}"
+            return f"no field from {self.row.name[: SHORT_NAME - 4]}"
         if now_s - self._turned_s > _STANDS_S:
             return f"no turn for {_STANDS_S:.0f} s"
         return f"no end after {_LONGEST_S:.0f} s" if now_s - self._begin_s > _LONGEST_S else None

@@ -10,7 +10,7 @@ from companion.config.vessel import NavigatedBoat
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState, WaveMotion, air_of
-from companion.core.events import Announce, unheard
+from companion.core.events import SHORT_NAME, Announce, unheard
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import (
@@ -302,18 +302,18 @@ class Estimator:
         if ahrs is None:
             return
         if declination is None:
-            self._tell_unusable(field.t_s, field.source, "too near the pole")
+            self._tell_unusable(field.t_s, field.source, "near the pole")
             return
         ahrs.field(field, declination, self._mounting.compass(field.source))
         if ahrs.steep_rad is not None:
             dip_deg = math.degrees(ahrs.steep_rad)
-            self._tell_unusable(field.t_s, field.source, f"field dips by {dip_deg:.0f} deg")
+            self._tell_unusable(field.t_s, field.source, f"dip of {dip_deg:.0f} deg")
 
     def _tell_unusable(self, t_s: float, source: str, why: str) -> None:
         """Tell once that a compass gives no heading here."""
         if source not in self._unusable:
             self._unusable.add(source)
-            self._say(t_s, TextKind.ATTENTION, "compass_unusable", f"{source} compass unusable: {why}")
+            self._say(t_s, TextKind.ATTENTION, "compass_unusable", f"{source[:SHORT_NAME]} compass unusable: {why}")
 
     def _check_imu(self, horizon_s: float) -> None:
         """Stop the inertial filter when its samples have stopped."""
@@ -443,7 +443,7 @@ class Estimator:
             return
         measured = self._headings.measured(reading, *self._place(), self._side.time_ns(reading.t_s))
         if measured is None:
-            self._tell_unusable(reading.t_s, reading.source, "too near the pole")
+            self._tell_unusable(reading.t_s, reading.source, "near the pole")
             return
         inertial = self._solutions.inertial
         if inertial is not None and inertial.running and measured.source == self._fixes.source:

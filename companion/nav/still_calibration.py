@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from companion.core.events import SHORT_NAME
 from companion.core.readings import Heading, Imu, MagneticField, Reading
 from companion.nav.lever_arms import Vector
 
@@ -13,7 +14,6 @@ _FEWEST = 50
 _MOST_TILT_RAD = math.radians(20.0)
 _MOST_BIAS_RADPS = math.radians(5.0)  # what no gyro has: the boat turns
 _AT_ENDS = 0.2  # share of the time, at its begin and at its end, over which directions are averaged
-_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _LEVEL_PART = 0.3  # of the Earth's field, at least, which alone turns with the boat; to 70 degrees of latitude
 
 
@@ -72,7 +72,7 @@ class StillMean:
                 self._directions.add(reading, self.progress)
         if now_s - self._heard_s > _SILENT_S or (self.progress >= 1.0 and self._count < _FEWEST):
             self.silent = True
-            self.failure = f"{self.name[:_NAME]} is silent"
+            self.failure = f"{self.name[:SHORT_NAME]} is silent"
         elif self._moves():
             self.failure = "the boat moves"
 

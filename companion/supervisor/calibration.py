@@ -11,7 +11,7 @@ from companion.config.devices import SensorConfig
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ACCEPTED, Need, Outcome, Result, TextKind
 from companion.core.estimate import NavState
-from companion.core.events import EventLog
+from companion.core.events import SHORT_NAME, EventLog
 from companion.core.geomagnetism import decimal_year, field_nt
 from companion.core.readings import Reading
 from companion.nav.compass_calibration import CompassCalibration
@@ -28,7 +28,6 @@ from companion.supervisor.helm import Helm
 _LEVEL = ("SENS_BOARD_X_OFF", "SENS_BOARD_Y_OFF")
 _LEVEL_S, _LEVEL_SWING_RADPS = 10.0, math.radians(8.0)  # waves average out
 _ASKEW_RAD = math.radians(1.0)
-_NAME = 16  # most characters of a sensor's name in a STATUSTEXT
 _GYRO_S, _GYRO_SWING_RADPS, _GYRO_TURN_RAD = 5.0, math.radians(0.5), math.radians(1.5)
 
 
@@ -263,7 +262,7 @@ class CalibrationDuty:
         still = [part for part in self._parts.values() if isinstance(part, StillMean)]
         if kind is not CalibrationKind.LEVEL:
             return []
-        tilts = ((part.name[:_NAME], between_rad(still[0].force, part.force)) for part in still[1:])
+        tilts = ((part.name[:SHORT_NAME], between_rad(still[0].force, part.force)) for part in still[1:])
         return [f"{name} lies {math.degrees(rad):.1f} deg off that level" for name, rad in tilts if rad > _ASKEW_RAD]
 
     def _values(self, kind: CalibrationKind, number: int, part: Part) -> dict[str, float]:
