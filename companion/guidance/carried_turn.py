@@ -14,9 +14,8 @@ from companion.core.estimate import NavState
 from companion.guidance.track import Track
 from companion.params.store import Parameters
 
-_RATE_SHARE = (
-    0.5  # of PATH_YAW_RATE, that a turn is planned with: it takes time to begin, and a stream works against it
-)
+_LEAST_SHARE = 0.5  # of NAV_ACC_RAD: a stream that carries the boat no further in half a turn changes nothing
+_RATE_SHARE = 0.5  # of PATH_YAW_RATE, that a turn is planned with: it begins late, and a stream works against it
 # After the turn, until the boat sails against the stream. The stream is known from before, on the bow: wind on the beam
 # carries the hull faster.
 _LAG_S = 1.6
@@ -39,8 +38,8 @@ def carried_m(water_mps: Vector, from_rad: float, to_rad: float, rate_radps: flo
 
 
 class CarriedTurn:
-    """`course_s_m` every tick. A stream that carries the boat no further than NAV_ACC_RAD in half a turn changes
-    nothing. Remembers up to where on the track the bow has turned, and whether it waits."""
+    """`course_s_m` every tick. Remembers up to where on the track the bow has turned, whether in a stream, and whether
+    it waits."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -49,12 +48,12 @@ class CarriedTurn:
     def reset(self) -> None:
         """Another way begins."""
         self._reached_s_m = 0.0
-        self._early = self._waits = False
+        self._in_stream = self._waits = False
 
     @property
-    def early(self) -> bool:
-        """Whether the bow turns to a course further ahead than without a stream."""
-        return self._early
+    def in_stream(self) -> bool:
+        """Whether the stream is so strong that it counts."""
+        return self._in_stream
 
     @property
     def waits(self) -> bool:
@@ -75,7 +74,7 @@ class CarriedTurn:
         ahead, in one what the boat makes in `preview_s` and the turn. `water_mps`: the stream (north, east).
         `heading_rad`: course → heading."""
         rate_radps = _RATE_SHARE * math.radians(self._parameters["PATH_YAW_RATE"])
-        if math.hypot(*water_mps) * math.pi / rate_radps <= self._parameters["NAV_ACC_RAD"]:
+        if math.hypot(*water_mps) * math.pi / rate_radps <= _LEAST_SHARE * self._parameters["NAV_ACC_RAD"]:
             self.reset()
             return s_m + usual_m
         rate_radps = max(rate_radps, abs(nav.yaw_rate_radps))
@@ -90,13 +89,13 @@ class CarriedTurn:
             return least_m + north_m * c + east_m * s + along_mps * _LAG_S >= ahead_m
 
         most_m = least_m + max(0.0, along_mps) * (math.pi / rate_radps + _LAG_S)
-        return self._turned_to(track, s_m, s_m + usual_m, s_m + _farthest_m(reaches, most_m))
+        return self._turned_to(track, s_m, s_m + _farthest_m(reaches, most_m))
 
-    def _turned_to(self, track: Track, s_m: float, usual_s_m: float, soon_s_m: float) -> float:
+    def _turned_to(self, track: Track, s_m: float, soon_s_m: float) -> float:
         """The bow never turns back to a course before."""
         self._reached_s_m = min(track.length_m, max(self._reached_s_m, s_m, soon_s_m))
         course = track.at(self._reached_s_m).course_rad
-        self._early = abs(wrap_pi(course - track.at(usual_s_m).course_rad)) > _BEND_RAD
+        self._in_stream = True
         self._waits = abs(wrap_pi(course - track.at(soon_s_m).course_rad)) > _BEND_RAD
         return self._reached_s_m
 

@@ -475,11 +475,13 @@ class PathTracker:
         return self._yaw
 
     def _setpoint_rate(self, to_turn_rad: float, dt_s: float, course_radps: float) -> float:
-        """The yaw rate of the heading setpoint: that of the course; in an arc, and in a turn before the bend,
-        PATH_YAW_RATE, while it cannot follow."""
+        """The yaw rate of the heading setpoint: that of the course; PATH_YAW_RATE in an arc while it cannot follow,
+        and on the spot in a stream while the bow has far to turn."""
         most = math.radians(self._parameters["PATH_YAW_RATE"])
-        early = self._carried is not None and self._carried.early
-        follows = (self._turning.arc is None and not early) or abs(to_turn_rad) <= most * dt_s
+        if self._carried is not None and self._carried.in_stream:
+            follows = abs(to_turn_rad) <= _STRAIGHT_RAD
+        else:
+            follows = self._turning.arc is None or abs(to_turn_rad) <= most * dt_s
         return course_radps if follows else math.copysign(most, to_turn_rad)
 
     def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
