@@ -21,6 +21,7 @@ from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
+from companion.guidance.carried_turn import CarriedTurn
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint
 from companion.guidance.path_laying import (
@@ -125,6 +126,7 @@ class PathTracker:
         self._crab = CrabCompensation(top_mps, turning.steered)
         self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab, submit)
         self._up = RoundingUp(parameters, turning.on_the_spot)
+        self._carried = CarriedTurn(parameters) if self._pivots and not turning.aside else None
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -220,6 +222,8 @@ class PathTracker:
         if self._motion is not None:
             self._motion.take(laid)
         self._up.reset()
+        if self._carried is not None:
+            self._carried.reset()
         self._tip_end = self._rests_s = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
@@ -274,7 +278,7 @@ class PathTracker:
             last_speed = self._speed
             self._round_up(nav, here, dt_s)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
-            ahead = track.at(self._s + self._preview_m(nav))
+            ahead = track.at(self._course_s_m(nav, track))
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track, dt_s)
@@ -346,8 +350,25 @@ class PathTracker:
 
     def _preview_m(self, nav: NavState) -> float:
         """How far ahead the course is taken, as the bow follows late."""
-        late_s = self._turning.late_s(nav.surge_mps, nav.sway_mps)
-        return (min(TURN_PREVIEW_S, self._earliest_s()) + late_s) * self._speed
+        return self._preview_s(nav) * self._speed
+
+    def _preview_s(self, nav: NavState) -> float:
+        return min(TURN_PREVIEW_S, self._earliest_s()) + self._turning.late_s(nav.surge_mps, nav.sway_mps)
+
+    def _course_s_m(self, nav: NavState, track: Track) -> float:
+        """Arc length at which the course is taken."""
+        usual_m, last = self._preview_m(nav), nav.yaw_rad if self._yaw is None else self._yaw
+        if self._carried is None or self._up.lasts:
+            return self._s + usual_m
+        return self._carried.course_s_m(
+            nav,
+            track,
+            self._s,
+            usual_m,
+            self._preview_s(nav),
+            self._crab.water(nav),
+            lambda course_rad: self._best_heading(nav, course_rad, last),
+        )
 
     def _earliest_s(self) -> float:
         """How early a turn may begin. A boat that nothing pushes sideways, and whose thrusters turn it at once, passes
@@ -454,9 +475,13 @@ class PathTracker:
         return self._yaw
 
     def _setpoint_rate(self, to_turn_rad: float, dt_s: float, course_radps: float) -> float:
-        """The yaw rate of the heading setpoint: that of the course; in an arc PATH_YAW_RATE, while it cannot follow."""
+        """The yaw rate of the heading setpoint: that of the course; PATH_YAW_RATE in an arc while it cannot follow,
+        and on the spot in a stream while the bow has far to turn."""
         most = math.radians(self._parameters["PATH_YAW_RATE"])
-        follows = self._turning.arc is None or abs(to_turn_rad) <= most * dt_s
+        if self._carried is not None and self._carried.in_stream:
+            follows = abs(to_turn_rad) <= _STRAIGHT_RAD
+        else:
+            follows = self._turning.arc is None or abs(to_turn_rad) <= most * dt_s
         return course_radps if follows else math.copysign(most, to_turn_rad)
 
     def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
@@ -494,7 +519,8 @@ class PathTracker:
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - self._towards_rad(error, gain * self._integral, lookahead)
-        best = self._best_heading(nav, course, last)
+        waits = self._carried is not None and self._carried.waits and not self._up.lasts
+        best = last if waits else self._best_heading(nav, course, last)
         heading = self._turned(last, best, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
@@ -504,7 +530,10 @@ class PathTracker:
         if self._up.lasts:
             surge = max(surge, self._up.least_mps(nav, self._crab.water(nav), best))
         elif self._pivots and not against and towards_m < _BACK_M:
-            surge = min(surge, self._turning_mps(wrap_pi(best - nav.yaw_rad)))
+            surge = min(
+                surge,
+                creep_mps(self._parameters) if waits else self._turning_mps(_outside_rad(course, best, nav.yaw_rad)),
+            )
         ramp = _ROUNDING_SHARE if self._up.lasts else _SURGE_SHARE
         asked = _towards(self._surge, surge, ramp * self._parameters["PATH_ACC"] * dt_s)
         self._surge = max(asked, self._unbraked_mps(nav, ahead, wrap_pi(best - nav.yaw_rad)))
@@ -576,6 +605,14 @@ class PathTracker:
         rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
+
+
+def _outside_rad(course_rad: float, heading_rad: float, yaw_rad: float) -> float:
+    """How far the bow points outside of the angle between a course and the heading for it: inside, thrust ahead takes
+    the boat along its course."""
+    course, heading = wrap_pi(course_rad - yaw_rad), wrap_pi(heading_rad - yaw_rad)
+    inside = course * heading <= 0.0 and abs(course - heading) <= math.pi
+    return 0.0 if inside else min(abs(course), abs(heading))
 
 
 def _towards(value: float, wanted: float, most: float) -> float:

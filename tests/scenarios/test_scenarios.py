@@ -188,6 +188,12 @@ def test_mission_square_of_a_boat_that_turns_slowly(tmp_path: Path) -> None:
     sail("mission_square", tmp_path, 5, vessel="wamv16")
 
 
+def test_mission_square_of_a_boat_that_a_stream_carries_along_as_it_turns(tmp_path: Path) -> None:
+    """It turned at the third corner, and was 2.4 m past it once its bow pointed along the next leg."""
+    metrics = sail("mission_square", tmp_path, 2, vessel="otter", wind="8@300", current="0.4@200", side="20")
+    assert metrics["cross_track_max_m"] < 1.5
+
+
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(16))
 @pytest.mark.parametrize(
