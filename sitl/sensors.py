@@ -246,6 +246,7 @@ YAW_RAD = math.radians(1.0)
 YAW_TAU_S = 300.0
 _SLOW_EVERY = 50  # samples between two steps of the slow errors
 
+_Vector = tuple[float, float, float]
 ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 
 
@@ -284,6 +285,59 @@ def imu_errors(
         return None
     field = current_field(aboard, name, home, epoch_unix_ns, seed)
     return ImuErrors(aboard, field, north_of(home, epoch_unix_ns), name, dt_s, seed)
+
+
+class StrapdownMean:
+    """What a sensor sends that integrates, as an MTi does: the constant forces and rates that turn it, and change its
+    velocity, by as much as those since the last time have. Remembers both sums, in the axes of the last time.
+
+    Source: Bortz (1971), *A new mathematical formulation for strapdown inertial navigation*, to the second order.
+    """
+
+    def __init__(self, dt_s: float) -> None:
+        self._dt_s = dt_s
+        self._turned: _Vector = (0.0, 0.0, 0.0)  # rad
+        self._gained: _Vector = (0.0, 0.0, 0.0)  # m/s
+        self._newest: ImuSample = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self._count = 0
+
+    def take(self, sample: ImuSample) -> None:
+        """Add a sample: means of the last step."""
+        dt_s, turned, self._newest = self._dt_s, self._turned, sample
+        self._count += 1
+        step = sample[3] * dt_s, sample[4] * dt_s, sample[5] * dt_s
+        middle = turned[0] + 0.5 * step[0], turned[1] + 0.5 * step[1], turned[2] + 0.5 * step[2]
+        gain = sample[0] * dt_s, sample[1] * dt_s, sample[2] * dt_s
+        once = _cross(middle, gain)
+        self._gained = _sum(_sum(self._gained, gain), once, _cross(middle, once), 0.5)
+        once = _cross(turned, step)
+        self._turned = _sum(_sum(turned, step), once, _cross(turned, once), 1.0 / 6.0, 0.5)
+
+    def taken(self) -> ImuSample:
+        """The sample since the last time; the sums begin again."""
+        if self._count == 1:
+            self._begin()
+            return self._newest
+        time_s, turned, gained = self._count * self._dt_s, self._turned, self._gained
+        self._begin()
+        once = _cross(turned, gained)
+        x, y, z = _sum(gained, once, _cross(turned, once), -1.0 / 6.0, -0.5)
+        p, q, r = turned
+        values = (x / time_s, y / time_s, z / time_s, p / time_s, q / time_s, r / time_s)
+        return *values, *self._newest[6:]
+
+    def _begin(self) -> None:
+        self._count, self._turned, self._gained = 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+
+def _cross(a: _Vector, b: _Vector) -> _Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _sum(a: _Vector, b: _Vector, c: _Vector = (0.0, 0.0, 0.0), share: float = 0.0, of_both: float = 1.0) -> _Vector:
+    """a + of_both · (b + share · c)."""
+    x, y, z = b[0] + share * c[0], b[1] + share * c[1], b[2] + share * c[2]
+    return a[0] + of_both * x, a[1] + of_both * y, a[2] + of_both * z
 
 
 class ImuModel:

@@ -52,11 +52,12 @@ class BridgeKind:
 @dataclass(frozen=True, slots=True)
 class SensorKind:
     """A sensor driver's part of the file: the dataclass of its row, and `problems(row, place of the row)`. `inertial`:
-    it gives accelerations and rates."""
+    it gives accelerations and rates; `averages`: each is the mean since the one before, not the newest value."""
 
     row: type[SensorConfig] = SensorConfig
     problems: Callable[[Any, Place], list[Problem]] = lambda row, at: []
     inertial: bool = False
+    averages: bool = False
 
 
 Kinds = Mapping[str, BridgeKind] | Mapping[str, SensorKind]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from companion.config.devices import FixErrors, SensorConfig
+from companion.config.sensors import is_averaging
 from companion.core.readings import FixType, GnssFix, GroundVelocity
 from companion.nav.error_state import FilterNoise
 from companion.nav.measured_off import Wander
@@ -23,6 +24,7 @@ _VELOCITY_SHARES: Mapping[FixType, float] = {  # of the velocity error of a plai
     FixType.RTK_FIXED: 0.3,
 }
 _NOTHING_TOLD = FixErrors()
+_FOLDS_HZ = 50.0  # newest values that come less often hold the noise of the band above as well
 
 
 class SensorAccuracies:
@@ -95,11 +97,13 @@ class SensorAccuracies:
         return sigma_mps if fix is None else sigma_mps * _VELOCITY_SHARES.get(fix, 1.0)
 
     def imu(self, source: str) -> FilterNoise:
-        """Of an inertial sensor."""
+        """Of an inertial sensor. The densities of its row hold where it integrates: newest values that come seldom
+        have the noise of the whole band in theirs (aliasing)."""
         row = self._sensors.get(source)
         if row is None:
             return FilterNoise()
-        noise = FilterNoise(row.accelerometer_noise_mps2_rthz, row.gyro_noise_radps_rthz)
+        folded = 1.0 if is_averaging(row) else math.sqrt(max(_FOLDS_HZ / row.rate_hz, 1.0))
+        noise = FilterNoise(folded * row.accelerometer_noise_mps2_rthz, folded * row.gyro_noise_radps_rthz)
         if (told_mps2 := row.accelerometer_bias_mps2) is not None:
             noise = replace(noise, accelerometer_switch_on_mps2=told_mps2, accelerometer_bias_mps2=told_mps2)
         if (told_radps := row.gyro_bias_radps) is not None:

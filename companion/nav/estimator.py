@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+from companion.config.sensors import is_averaging
 from companion.config.vessel import NavigatedBoat
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
@@ -91,7 +92,8 @@ class Estimator:
         self._receivers = ReceiverLatency()
         self._latencies_s = {row.name: row.latency_s for row in config.sensors}
         periods_s = {row.name: 1.0 / row.rate_hz for row in config.sensors if row.rate_hz}
-        self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s, periods_s)
+        averaging = {row.name for row in config.sensors if is_averaging(row)}
+        self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s, periods_s, averaging)
         self._witness = Witness(parameters, say, self._levers)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._validity = Validity(parameters)

@@ -1,8 +1,9 @@
 """An Xsens MTi that prints MTData2 in the NED frame, with axes forward, starboard, down.
 
-North is magnetic where the vessel's file calls its heading "magnetic". Source: MT Low-Level Communication Protocol. FA
-FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256; numbers are big-endian. DATA is a row of (identifier u16,
-size u8, value). In the low nibble of an identifier 0 means 32-bit floats and 4 the NED frame.
+It measures with every step of the world, and sends what its strapdown integration makes of them (Movella, *MTi User
+Manual*, 4.9.3). North is magnetic where the vessel's file calls its heading "magnetic". Source: MT Low-Level
+Communication Protocol. FA FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256; numbers are big-endian. DATA is
+a row of (identifier u16, size u8, value). In the low nibble of an identifier 0 means 32-bit floats and 4 the NED frame.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from sitl.emulators.xsens_settings import XsensSettings
 from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
-from sitl.sensors import ImuModel, imu_errors, north_of
+from sitl.sensors import ImuModel, StrapdownMean, imu_errors, north_of
 
 _PACKET_COUNTER = 0x1020
 _SAMPLE_TIME_FINE = 0x1060
@@ -43,8 +44,11 @@ class XsensEmulator:
 
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
-        self.rate_hz = min(config.rate_hz, around.step_hz)
+        sent_hz = min(config.rate_hz, around.step_hz)
+        self.rate_hz = around.step_hz
+        self._share, self._due = sent_hz / around.step_hz, 0.0
         dt_s = 1.0 / self.rate_hz
+        self._mean = StrapdownMean(dt_s)
         errors = imu_errors(around.aboard, config.name, around.home, around.epoch_unix_ns, dt_s, around.seed)
         self.model = ImuModel(config, around.home, dt_s, around.seed, errors)
         self._lies, self._field_lies = (
@@ -61,17 +65,20 @@ class XsensEmulator:
             if config.heading == "ahrs"
             else None
         )
-        self._field_every = max(1, round(self.rate_hz / _FIELD_HZ))
+        self._field_every = max(1, round(sent_hz / _FIELD_HZ))
         self._settings = (
-            XsensSettings(config.rotation_rad, self.rate_hz)
-            if config.configure or config.rotation_rad is not None
-            else None
+            XsensSettings(config.rotation_rad, sent_hz) if config.configure or config.rotation_rad is not None else None
         )
 
     def speak(self, t_s: float) -> None:
-        """Answer commands, measure now, and send."""
+        """Answer commands, measure now, and send what is due."""
         around, settings = self._around, self._settings
-        sample = self._lies.told(self.model.sample(around.hull, around.waves), t_s)
+        self._mean.take(self.model.sample(around.hull, around.waves))
+        self._due += self._share
+        if self._due < 1.0 - 1e-9:
+            return
+        self._due = max(self._due - 1.0, 0.0)
+        sample = self._lies.told(self._mean.taken(), t_s)
         if "imu_lost" in around.faults.active:
             return
         field = None

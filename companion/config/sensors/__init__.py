@@ -15,7 +15,7 @@ from companion.config.sensors.rc import sbus_problems
 
 SENSORS: Mapping[str, SensorKind] = {
     "nmea0183": SensorKind(),
-    "mtdata2": SensorKind(inertial=True),
+    "mtdata2": SensorKind(inertial=True, averages=True),
     "vectornav": SensorKind(inertial=True),
     "mavlink_imu": SensorKind(inertial=True),
     "ais": SensorKind(),
@@ -32,3 +32,9 @@ def is_inertial(row: SensorConfig) -> bool:
     """Whether the sensor gives accelerations and rates. Of a plug-in's: if the row uses its yaw."""
     kind = SENSORS.get(row.driver)
     return row.heading != "none" if kind is None else kind.inertial
+
+
+def is_averaging(row: SensorConfig) -> bool:
+    """Whether an inertial sensor integrates: its accelerations and rates are means since the sample before."""
+    kind = SENSORS.get(row.driver)
+    return kind is not None and kind.averages

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from companion.config.devices import FixErrors, SensorConfig
@@ -25,7 +27,14 @@ ROWS = (
         rtk_float=FixErrors(wander_m=0.2, velocity_mps=0.03),
         rtk_fixed=FixErrors(noise_m=0.006, wander_m=0.01, wander_s=40.0),
     ),
-    SensorConfig("imu", "vectornav", "memory:imu", accelerometer_noise_mps2_rthz=0.01, gyro_noise_radps_rthz=0.001),
+    SensorConfig(
+        "imu",
+        "vectornav",
+        "memory:imu",
+        rate_hz=100.0,
+        accelerometer_noise_mps2_rthz=0.01,
+        gyro_noise_radps_rthz=0.001,
+    ),
 )
 OF = SensorAccuracies(ROWS)
 
@@ -89,6 +98,15 @@ def test_velocity_is_as_good_as_its_receivers_fix() -> None:
 
 def test_noise_of_an_inertial_sensor_is_of_its_row() -> None:
     assert OF.imu("imu") == FilterNoise(0.01, 0.001) and OF.imu("stranger") == FilterNoise()
+
+
+@pytest.mark.parametrize(("driver", "factor"), [("vectornav", 5.0**0.5), ("mavlink_imu", 5.0**0.5), ("mtdata2", 1.0)])
+def test_newest_values_that_come_seldom_hold_the_noise_of_the_whole_band(driver: str, factor: float) -> None:
+    """Without measurements the heading was off by more than it claimed; what an MTi integrates is less noisy."""
+    row = replace(ROWS[-1], driver=driver, rate_hz=10.0)
+    noise = SensorAccuracies((row,)).imu("imu")
+    assert noise.accelerometer_mps2_rthz == pytest.approx(0.01 * factor)
+    assert noise.gyro_radps_rthz == pytest.approx(0.001 * factor)
 
 
 def test_biases_of_an_inertial_sensor_that_the_file_tells_are_those_at_switch_on_and_later() -> None:

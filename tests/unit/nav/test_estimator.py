@@ -561,3 +561,22 @@ def test_velocities_between_two_samples_of_a_slow_inertial_sensor_are_of_their_t
     assert rms(position) < 0.035
     assert math.degrees(rms(yaw)) < 0.2
     assert rms(velocity) < 0.015
+
+
+def newest_of_ten(k: int, row: list[Reading]) -> list[Reading]:
+    """An inertial sensor that gives its newest values ten times a second."""
+    return row if k % 10 == 0 else [reading for reading in row if not isinstance(reading, Imu)]
+
+
+@pytest.mark.parametrize(("driver", "averages"), [("vectornav", False), ("mtdata2", True)])
+def test_a_slow_inertial_sensor_follows_the_boat_into_a_turn(driver: str, averages: bool) -> None:
+    """Its newest values counted as means of the last 0.1 s: the boat lay off its heading by half a sample's turn."""
+    voyage = Voyage(duration_s=60.0, speed_mps=3.0, radius_m=6.0, rests_s=30.0, seed=725010)
+    config = config_of(voyage)
+    gnss, imu = config.sensors
+    config = replace(config, sensors=(gnss, replace(imu, rate_hz=10.0, driver=driver)))
+    alter = ten_times_a_second() if averages else newest_of_ten
+    position, yaw, velocity = navigate(voyage, alter, config=config).errors(25.0)
+    assert position.max() < 0.03
+    assert math.degrees(rms(yaw)) < 0.15
+    assert rms(velocity) < 0.015

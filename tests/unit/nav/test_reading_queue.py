@@ -72,3 +72,16 @@ def test_a_reading_meets_the_inertial_sample_nearest_to_it() -> None:
     made = ReadingQueue(LATENCIES_S, lambda _: 0.0, {"imu": 0.01})
     made.add([imu(1.0), fix(1.0099, "near"), imu(1.01), fix(1.013, "near"), imu(1.02)])
     assert times(made.due(1.02)) == [1.0, 1.01, 1.0099, 1.013, 1.02]
+
+
+def test_a_reading_between_two_samples_of_a_slow_sensor_meets_its_part_of_the_step() -> None:
+    """It counted as of the sample before it, up to 0.1 s too early."""
+    made = ReadingQueue(LATENCIES_S, lambda _: 0.0, {"imu": 0.1})
+    for k in range(4):
+        made.add([imu(0.1 * k)])
+        made.due(0.1 * k)
+    made.add([fix(0.35, "near")])
+    assert made.lag_s == 0.1 and times(made.due(0.39)) == [0.22, 0.24, 0.26, 0.28]
+    made.add([imu(0.4)])
+    made.add([imu(0.5), fix(0.45, "near")])
+    assert times(made.due(0.5)) == [0.3, 0.32, 0.34, 0.35, 0.36, 0.38, 0.4]

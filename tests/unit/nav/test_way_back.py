@@ -50,6 +50,17 @@ def test_the_way_back_is_as_bent_as_the_boat_went(tilted_rad: float) -> None:
     assert since.turned_rad == pytest.approx(now - then, abs=0.01)
 
 
+def test_before_the_sample_that_is_nearest_the_velocity_changed_as_it_lately_does() -> None:
+    """It counted as that of the sample: up to a step of a slow sensor too late."""
+    back, filter_ = WayBack(), ErrorStateFilter(G)
+    for k in range(21):
+        back.take(0.1 * k, (0.5, 0.0, -G), (0.0, 0.0, 0.0), 0.1)
+    filter_.velocity, filter_.gaining = (2.0, 1.0, 0.0), (0.5, 0.25)
+    since = back.since(1.95, filter_, ZERO)
+    assert (since.north_mps, since.east_mps) == pytest.approx((0.05 * 0.5, 0.05 * 0.25))
+    assert (since.north_m, since.east_m) == pytest.approx((0.05 * 2.0, 0.05 * 1.0))
+
+
 @pytest.mark.parametrize("delay", [30, 80, 100])
 @pytest.mark.parametrize("radius_m", [5.0, 15.0])
 def test_what_comes_late_with_the_right_time_is_as_good(delay: int, radius_m: float) -> None:

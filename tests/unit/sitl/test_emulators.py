@@ -190,6 +190,22 @@ def test_mtdata2_counts_and_wraps() -> None:
     assert [struct.unpack(">H", message[0x1020])[0] for message in messages] == [0xFFFE, 0xFFFF, 0, 1]
 
 
+def test_mtdata2_sends_the_means_since_the_last_message() -> None:
+    """At 10 Hz it sent what it felt in the last 10 ms."""
+    stream, around = MemoryStream("imu"), surroundings()
+    device = XsensEmulator(replace(IMU, rate_hz=10.0), stream.device, around)
+    yaw_rad = 0.0
+    for k in range(1, 101):
+        around.hull.turn_radps = 1.0 + 0.1 * k
+        yaw_rad += 0.01 * around.hull.turn_radps
+        device.speak(0.01 * k)
+    messages = [items(data) for _, data in stream.read(1.0)]
+    rates = [struct.unpack(">3f", message[0x8020])[2] for message in messages]
+    assert [struct.unpack(">I", message[0x1060])[0] for message in messages] == list(range(1000, 10001, 1000))
+    assert sum(0.1 * rate for rate in rates) == pytest.approx(yaw_rad, abs=3e-3)
+    assert rates[-1] == pytest.approx(1.0 + 0.1 * 95.5, abs=3e-3)
+
+
 def test_lost_imu_is_silent() -> None:
     stream = MemoryStream("imu")
     XsensEmulator(IMU, stream.device, surroundings(faults=("imu_lost@0",))).speak(0.0)

@@ -8,13 +8,15 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import get_args
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from companion.config.vessel import ConfigError, GnssGrade, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
-from sitl.sensors import GRADES, YAW_RAD, YAW_TAU_S, GnssModel, ImuModel, grade, gravity_mps2
+from sitl.sensors import GRADES, YAW_RAD, YAW_TAU_S, GnssModel, ImuModel, StrapdownMean, grade, gravity_mps2
 
 VESSEL = load(find("revolt"))
 GNSS, IMU = VESSEL.sensors
@@ -228,3 +230,29 @@ def test_the_yaw_of_a_compass_errs_from_sample_to_sample_as_a_slow_process_does(
     assert statistics.fmean(change * change for change in changes) == pytest.approx(expected**2, rel=0.1)
     assert max(map(abs, changes)) < 6.0 * expected
     assert yaw[98::50] == pytest.approx(stepped[49:-49:50], abs=1e-12)
+
+
+def test_a_sensor_that_integrates_gives_the_constant_motion_of_the_same_sums() -> None:
+    """It feels what stands still in the world, while it turns ever faster about several axes."""
+    mean, still, dt_s = StrapdownMean(0.01), np.array([0.4, -0.3, -9.8]), 0.01
+    attitude = Rotation.from_euler("ZYX", [0.3, 0.1, -0.2])
+    begin = attitude
+    for k in range(10):
+        rates = np.array([0.3, -0.2, 0.4]) + np.array([1.0, 2.0, -1.5]) * (k + 0.5) * dt_s
+        middle = attitude * Rotation.from_rotvec(0.5 * dt_s * rates)
+        force = middle.inv().apply(still)
+        mean.take((*force, *rates, 0.0, 0.0, float(k)))
+        attitude = attitude * Rotation.from_rotvec(dt_s * rates)
+    told = np.array(mean.taken())
+    turned = Rotation.from_rotvec(0.1 * told[3:6])
+    assert (begin * turned).as_matrix() == pytest.approx(attitude.as_matrix(), abs=1e-6)
+    steps = [begin * Rotation.from_rotvec((k + 0.5) * 1e-3 * told[3:6]) for k in range(100)]
+    gained = sum(1e-3 * step.apply(told[:3]) for step in steps)
+    assert gained == pytest.approx(0.1 * still, abs=2e-5)
+    assert told[8] == 9.0
+
+
+def test_one_sample_alone_is_given_as_it_is() -> None:
+    mean, sample = StrapdownMean(0.01), (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
+    mean.take(sample)
+    assert mean.taken() == sample
