@@ -10,17 +10,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from companion.allocation.jet_curve import JetCurve
 from companion.allocation.steered import SteeredAllocator
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
-
-Floats = NDArray[np.float64]
 
 _START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
 _STOP_SHARE = 0.25  # of the impeller's least thrust: a smaller demand stops it
@@ -30,10 +25,11 @@ _LEAST_THRUST_N = 1.0
 _TURN_S, _MORE_S, _MOST = 3.0, 2.0, 6.0
 
 
-def steering_thrust_n(usual_n: float, short_s: Floats) -> Floats:
+def steering_thrust_n(usual_n: float, short_s: float) -> float:
     """The thrust in N that may be given for steering once JET_STEER_N, `usual_n`, has been too little for so long."""
-    grown: Floats = usual_n * (1.0 + np.minimum(np.maximum((short_s - _TURN_S) / _MORE_S, 0.0), _MOST - 1.0))
-    return grown
+    if short_s <= _TURN_S:
+        return usual_n
+    return usual_n * min(_MOST, 1.0 + (short_s - _TURN_S) / _MORE_S)
 
 
 class JetAllocator(SteeredAllocator):
@@ -83,8 +79,7 @@ class JetAllocator(SteeredAllocator):
         short = wanted_n > max(usual_n, drag_n, surge_n)
         self._short_s = max(0.0, self._short_s + (dt_s if short else -dt_s))
         self._short_s = min(self._short_s, _TURN_S + (_MOST - 1.0) * _MORE_S)
-        more_n = usual_n * (1.0 + max(0.0, self._short_s - _TURN_S) / _MORE_S)
-        return min(wanted_n, max(more_n, drag_n))
+        return min(wanted_n, max(steering_thrust_n(usual_n, self._short_s), drag_n))
 
     def _wanted(self, thrust_n: float, surge_mps: float) -> float:
         """The throttle for a thrust: 0, or at least the one at which the impeller turns; between them with

@@ -162,8 +162,7 @@ class KeepingOff:
         least_m = float(self._water_m(around, *otherwise)[0])
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
         turns = comes or self._ways.coasts or around.drifts
-        choices = self._choices(around.lying, otherwise, nav, cruise_mps, turns)
-        north, east = self._ways.places(choices, nav)
+        choices, north, east = self._choices(around.lying, otherwise, nav, cruise_mps, turns)
         water_m = self._water_m(around, north, east)
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn
@@ -177,19 +176,26 @@ class KeepingOff:
 
     def _choices(
         self, lying: Floats, otherwise: tuple[Floats, Floats], nav: NavState, cruise_mps: float, turns: bool
-    ) -> Choices:
-        """What the boat can do, each as far and as fast as what lies leaves way for it."""
+    ) -> tuple[Choices, Floats, Floats]:
+        """What the boat can do, each as far and as fast as what lies leaves way for it, and where it then is: places as
+        of `WaysOut`."""
         speeds = [max(share * cruise_mps, min(_SLOW_MPS, cruise_mps)) for share in (0.5, 1.0)]
         choices = self._ways.choices(nav.yaw_rad, speeds, _OUT_M, turns)
-        out_m = self._open_m(lying, otherwise, *self._ways.places(choices, nav))
-        surge = [
+        north, east = self._ways.places(choices, nav)
+        out_m = self._open_m(lying, otherwise, north, east)
+        surges = [
             math.copysign(min(abs(speed), self._most_mps(nav, yaw, speed, way)), speed)
             for yaw, speed, way in zip(
                 choices.yaw_rad.tolist(), choices.surge_mps.tolist(), out_m.tolist(), strict=True
             )
         ]
-        coasts = choices.surge_mps == 0.0
-        return Choices(choices.yaw_rad, np.asarray(surge), out_m).only((np.abs(surge) > _STOPPED_MPS) | coasts)
+        surge_mps = np.asarray(surges)
+        kept = np.nonzero((np.abs(surge_mps) > _STOPPED_MPS) | (choices.surge_mps == 0.0))[0]
+        changed = np.nonzero(((out_m < _OUT_M) | (surge_mps != choices.surge_mps))[kept])[0]
+        choices, north, east = Choices(choices.yaw_rad, surge_mps, out_m).only(kept), north[kept], east[kept]
+        if len(changed):  # most are not, and a jet's take long to predict
+            north[changed], east[changed] = self._ways.places(choices.only(changed), nav)
+        return choices, north, east
 
     def _most_mps(self, nav: NavState, yaw_rad: float, surge_mps: float, out_m: float) -> float:
         sign = math.copysign(1.0, surge_mps)

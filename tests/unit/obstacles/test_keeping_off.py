@@ -147,6 +147,21 @@ def test_a_jet_that_coasts_may_give_up_its_mission() -> None:
     assert asked is not None and asked.surge_mps == 0.0 and not keeping.lasts
 
 
+def test_what_a_jet_can_do_in_free_water_is_predicted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All 27 ways out were predicted again, as far and as fast as what lies leaves way for them, where it leaves all."""
+    predicted: list[int] = []
+    places = WaysOut.places
+
+    def counted(ways: WaysOut, choices: Choices, nav: NavState) -> tuple[np.ndarray, np.ndarray]:
+        predicted.append(len(choices.yaw_rad))
+        return places(ways, choices, nav)
+
+    monkeypatch.setattr(WaysOut, "places", counted)
+    nav = replace(AT_REST, surge_mps=1.2, north_mps=1.2)
+    assert jet_beside((12.0, -3.0, 2.5), nav, PathSetpoint(math.radians(-168.0), surge_mps=0.5)) is not None
+    assert predicted[:2] == [1, 27] and sum(predicted[2:]) < 14
+
+
 @pytest.mark.parametrize(("away_m", "keeps_off"), [(4.25, True), (4.6, False)])
 def test_the_corners_of_a_hull_that_is_half_as_wide_as_long_count(away_m: float, keeps_off: bool) -> None:
     """A WAM-V that turned beside a stone onto which a stream set it came within 0.2 m with a corner of its stern: half
