@@ -28,6 +28,9 @@ from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.sail_keeper import SailKeeper
 
+_HURRIES_SHARE = (
+    0.95  # of the speed: one that must be slower than that to stop inside brakes first; the feedback takes less off
+)
 _REST_SHARE = 0.5  # of DP_SPEED_AHEAD: so slow, the reference takes over from braking
 # Lengths by which a reference leads its boat: from the first on it goes slower, at the second at its slowest. A boat
 # shorter than a position is sure counts as that long.
@@ -102,7 +105,7 @@ class PoseKeeper:
         """Begin from the boat's present motion and come to rest on the shortest way, with the present heading. Where
         the fence asks for the stop, the boat then holds with FENCE_MARGIN to spare: waves move it to and fro."""
         begun = fitted or nav
-        self._hurries = fitted is not None
+        self._hurries = fitted is not None and abs(fitted.surge_mps) < _HURRIES_SHARE * abs(nav.surge_mps)
         self._from, self._planned = (nav.north_m, nav.east_m), stopping_point(self._led(begun), self._parameters)
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside

@@ -141,14 +141,16 @@ def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
     desk.close()
 
 
+@pytest.mark.parametrize("radius_m", [14.5, 15.0])
 @pytest.mark.parametrize("mode", [HEADING, MANUAL])
-def test_the_circle_around_home_stops_the_boat(tmp_path: Path, mode: int) -> None:
+def test_the_circle_around_home_stops_the_boat(tmp_path: Path, mode: int, radius_m: float) -> None:
     """GF_MAX_HOR_DIST as QGroundControl's slider sets it: no zone is uploaded. In Heading the boat slows down by
-    itself, in Manual GF_ACTION comes in time."""
+    itself, in Manual GF_ACTION comes in time. A little too fast for the stop, it braked with all its thrust, and lay 9 m
+    short of the fence."""
     desk = desk_in(tmp_path)
-    desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"GF_MAX_HOR_DIST", 15.0, mavlink.MAV_PARAM_TYPE_REAL32))
+    desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"GF_MAX_HOR_DIST", radius_m, mavlink.MAV_PARAM_TYPE_REAL32))
     desk.tick(2)
-    assert desk.latest("PARAM_VALUE").param_value == 15.0 and "Fence: within 15 m of home" in desk.texts()
+    assert desk.latest("PARAM_VALUE").param_value == radius_m and any("Fence: within" in text for text in desk.texts())
     desk.tell(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0), mavlink.MAVLink_set_mode_message(1, 1, mode))
     assert desk.result(ARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
     desk.tick(2)
@@ -157,7 +159,7 @@ def test_the_circle_around_home_stops_the_boat(tmp_path: Path, mode: int) -> Non
         desk.tell(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, 0, 0))
         sail(desk, 0.4)
         furthest_m = max(furthest_m, away_m(desk, 0.0, 0.0))
-    assert 10.0 < furthest_m < 15.0 and abs(desk.rig.world.truth.surge_mps) < 0.1
+    assert radius_m - 5.0 < furthest_m < radius_m and abs(desk.rig.world.truth.surge_mps) < 0.1
     assert desk.latest("FENCE_STATUS").breach_count == 0
     if mode == MANUAL:
         assert any(re.fullmatch(r"Fence [0-9]+ m ahead: Hold", text) for text in desk.texts())
