@@ -23,7 +23,7 @@ _MISSING_S = 6.0  # over which the model's error is averaged: a boat in waves sw
 # Uncertain share of a change of velocity through the water (the steady error turns with the hull), and the part of it
 # that lasts: on the next heading the hull turns it on.
 _CHANGE_SHARE, _LASTING_CHANGE_SHARE = 0.15, 0.05
-# Of the model's sigma, and the time until that much of it lasts; at first with the square of time.
+# Of the model's sigma, and the time until that much of it lasts; before, with time to the power of 1.5.
 _LASTING_SHARE, _BUILT_UP_S = 0.7, 60.0
 _LARGEST_SIGMA_MPS = 0.5
 
@@ -82,7 +82,7 @@ class VelocityAid:
         """By what the variance of the position has grown since the last modelled velocity, m²."""
         before_m, passed_s = self._astray_m, now_s - max(self._last_s, self._measured_s)
         built_up = min((now_s - self._measured_s) / _BUILT_UP_S, 1.0)
-        self._astray_m += _LASTING_SHARE * built_up * built_up * sigma_mps * passed_s
+        self._astray_m += _LASTING_SHARE * built_up * math.sqrt(built_up) * sigma_mps * passed_s
         return self._astray_m * self._astray_m - before_m * before_m
 
     def _learn(self, now_s: float, north_mps: float, east_mps: float) -> None:
