@@ -6,11 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from companion.allocation.allocator import Allocator
 from companion.cli.new_file import Answers, file_text
 from companion.config.vessel import find, load, parse
-from companion.control.controller import Controller
-from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
 from companion.params.store import Parameters
@@ -19,7 +16,7 @@ from companion.positioning.beam_drift import BeamDrift
 from companion.positioning.bow_keeper import BowKeeper
 from sitl.environment import wind_force
 from sitl.hull import Hull
-from sitl.thrusters import build
+from tests.unit.positioning.kept import kept, moving
 
 OTTER = load(find("otter"))
 
@@ -49,23 +46,16 @@ class Water:
         hull.step(surge_n + x_n, sway_n + y_n, yaw_nm + n_nm, dt_s)
 
     def nav(self, t_s: float, current: tuple[float, float] | None = None) -> NavState:
-        hull = self.hull
         known = None if current is None else 0.02
-        return replace(
+        north_mps, east_mps = (None, None) if current is None else current
+        still = replace(
             NO_ESTIMATE,
             t_s=t_s,
-            north_m=hull.north_m,
-            east_m=hull.east_m,
-            yaw_rad=hull.yaw_rad,
-            surge_mps=hull.surge_mps,
-            sway_mps=hull.sway_mps,
-            north_mps=hull.north_mps,
-            east_mps=hull.east_mps,
-            yaw_rate_radps=hull.yaw_rate_radps,
-            current_north_mps=None if current is None else current[0],
-            current_east_mps=None if current is None else current[1],
+            current_north_mps=north_mps,
+            current_east_mps=east_mps,
             current_accuracy_mps=known,
         )
+        return moving(still, self.hull)
 
 
 def turned_to_and_fro(push_aside: bool) -> BeamDrift:
@@ -119,26 +109,10 @@ def test_it_finds_where_the_wind_carries_a_boat_that_lies_across_against_the_cur
 
 def held(wind_mps: float, current_mps: float, yaw_rad: float, duration_s: float) -> list[tuple[float, float]]:
     """(distance from the point, heading) each tenth of a second, with the current known as it is."""
-    values = Parameters(BOAT.parameters, table_of(BOAT))
-    water = Water(wind_mps, current_mps, yaw_rad)
-    thrusters = build(BOAT.thrusters, 0.2, None)
-    control, allocator, keeper = Controller(BOAT, values), Allocator(BOAT, values), BowKeeper(BOAT, values)
+    water, keeper = Water(wind_mps, current_mps, yaw_rad), BowKeeper(BOAT, Parameters(BOAT.parameters, table_of(BOAT)))
     keeper.start(water.nav(0.0))
     keeper.hold(0.0, 0.0, yaw_rad, None)
-    achieved, track = ZERO_WRENCH, []
-    for i in range(round(duration_s * 10.0)):
-        nav = water.nav(0.1 * i, (current_mps, 0.0))
-        allocation = allocator.update(control.update(keeper.update(nav, None, 1.0, 0.1), nav, achieved, 0.1), 0.1)
-        achieved = allocation.achieved
-        for thruster, command in zip(thrusters, allocation.thrusters, strict=True):
-            thruster.demand(command.throttle, command.azimuth_rad)
-        for _ in range(5):
-            for thruster in thrusters:
-                thruster.step(0.02)
-            surge_n, sway_n, yaw_nm = (sum(axis) for axis in zip(*[t.wrench() for t in thrusters], strict=True))
-            water.step(surge_n, sway_n, yaw_nm, 0.02)
-        track.append((math.hypot(water.hull.north_m, water.hull.east_m), water.hull.yaw_rad))
-    return track
+    return kept(BOAT, keeper, lambda t_s: water.nav(t_s, (current_mps, 0.0)), water.hull, water.step, 0.2, duration_s)
 
 
 def test_wind_against_current_does_not_drive_a_lone_outboard_off_to_and_fro() -> None:

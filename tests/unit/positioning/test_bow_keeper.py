@@ -7,9 +7,7 @@ from typing import cast
 
 import pytest
 
-from companion.allocation.allocator import Allocator
 from companion.config.vessel import find, load
-from companion.control.controller import Controller
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState, WaveMotion
@@ -19,7 +17,7 @@ from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
 from sitl.hull import Hull
-from sitl.thrusters import build
+from tests.unit.positioning.kept import kept, moving
 from tests.unit.rudder_boat import SKIFF
 
 OTTER = load(find("otter"))
@@ -179,34 +177,13 @@ def sailed(current_north_mps: float, yaw_rad: float, duration_s: float) -> list[
     """(distance from the point, heading) of the Otter's published plant with a perfect estimate, each tenth of a
     second."""
     assert OTTER.sitl is not None
-    plant, values = OTTER.sitl.plants["fossen"], parameters()
-    hull, thrusters = Hull(plant.hull), build(OTTER.thrusters, plant.thruster_lag_s, None)
-    hull.set_current(current_north_mps, 0.0)
+    plant, stream = OTTER.sitl.plants["fossen"], (current_north_mps, 0.0)
+    hull, keeper = Hull(plant.hull), held(at(yaw_rad=yaw_rad))
+    hull.set_current(*stream)
     hull.place(0.0, 0.0, yaw_rad)
-    control, allocator = Controller(OTTER, values), Allocator(OTTER, values)
-    keeper = held(at(yaw_rad=yaw_rad))
-    achieved, track = ZERO_WRENCH, []
-    for _ in range(round(duration_s * 10.0)):
-        nav = replace(
-            at(hull.north_m, hull.east_m, hull.yaw_rad, (current_north_mps, 0.0)),
-            surge_mps=hull.surge_mps,
-            sway_mps=hull.sway_mps,
-            north_mps=hull.north_mps,
-            east_mps=hull.east_mps,
-            yaw_rate_radps=hull.yaw_rate_radps,
-        )
-        allocation = allocator.update(control.update(keeper.update(nav, None, 1.0, 0.1), nav, achieved, 0.1), 0.1)
-        achieved = allocation.achieved
-        for thruster, command in zip(thrusters, allocation.thrusters, strict=True):
-            thruster.demand(command.throttle, command.azimuth_rad)
-        for _ in range(5):
-            for thruster in thrusters:
-                thruster.step(0.02)
-            wrenches = [thruster.wrench() for thruster in thrusters]
-            surge_n, sway_n, yaw_nm = (sum(axis) for axis in zip(*wrenches, strict=True))
-            hull.step(surge_n, sway_n, yaw_nm, 0.02)
-        track.append((math.hypot(hull.north_m, hull.east_m), hull.yaw_rad))
-    return track
+    return kept(
+        OTTER, keeper, lambda _: moving(at(current=stream), hull), hull, hull.step, plant.thruster_lag_s, duration_s
+    )
 
 
 def test_from_stern_to_the_stream_the_otter_turns_and_then_stays() -> None:
