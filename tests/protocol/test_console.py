@@ -502,6 +502,13 @@ def check_live_views(browser: Browser) -> None:
     assert drawn == pytest.approx(major, rel=1e-6)
     browser.click("#tabs [data-view=dp]")
     browser.wait("$('#polar-holds')", "the capability polar")
+    without = browser.run(
+        "const model = usvConsole.model, kept = model.capability, found = [];"
+        "for (const told of [null, { from_rad: null }]) {"
+        " model.capability = told; usvConsole.redraw(); found.push($('#polar').textContent); }"
+        "model.capability = kept; usvConsole.redraw(); return found;"
+    )
+    assert without == ["–", "The vessel’s file has no wind areas."]  # not told yet, and told that there is none
     browser.click("#tabs [data-view=state]")
     browser.wait("$('#s-words')?.textContent.includes('Mode Hold: a ground station asked for it')", "the words")
     assert "gnss" in browser.text("#s-devices") and "imu" in browser.text("#s-senses")

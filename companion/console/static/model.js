@@ -19,7 +19,7 @@ export function take(message) {
       if (!message.console.replay) model.events = [];
       break;
     case "boat": model.boat = message; break;
-    case "capability": model.capability = message.from_rad ? message : null; break;
+    case "capability": model.capability = message; break;
     case "recording": model.recording = message; model.events = message.events; break;
     case "link": model.link = message; break;
     case "beat":

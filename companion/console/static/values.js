@@ -154,6 +154,7 @@ function drawPlace(now) {
 // --- capability ------------------------------------------------------------------------------------------------------
 
 function withoutPolar() {
+  if (!model.capability) return "–";
   if (config().limits.sway_n > 0) return "The vessel’s file has no wind areas.";
   return "No thruster pushes sideways: in Hold the boat turns its bow to the weather. Its limits: companion check.";
 }
@@ -161,7 +162,7 @@ function withoutPolar() {
 let drawn = null;
 function drawPolar(now) {
   const made = model.capability;
-  if (!made) { polar.textContent = withoutPolar(); drawn = null; return; }
+  if (!made?.from_rad) { polar.textContent = withoutPolar(); drawn = null; return; }
   if (drawn?.made !== made) {
     const top = Math.max(5, Math.ceil(Math.max(...made.holds_mps.map((v) => v ?? 0)) / 5) * 5);
     const k = 82 / top, root = svg("svg", { viewBox: "-118 -106 236 212", id: "polar-drawing", role: "img", "aria-label": "Capability polar" });
