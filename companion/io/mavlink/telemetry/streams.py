@@ -96,6 +96,7 @@ STREAMS: dict[int, Stream] = {
     DEBUG_VECT: Stream(follow.report, NEVER),
     mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: Stream(motion.gps_global_origin, NEVER),
+    mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: Stream(motion.ekf_status_report, 1.0),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -120,6 +121,7 @@ _DATA_STREAMS: dict[int, tuple[int, ...]] = {
         mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME,
         mavlink.MAVLINK_MSG_ID_WIND_COV,
+        mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     ),
 }
 _DATA_STREAMS[mavlink.MAV_DATA_STREAM_ALL] = tuple(number for group in _DATA_STREAMS.values() for number in group)

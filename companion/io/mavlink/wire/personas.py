@@ -17,6 +17,7 @@ from companion.modes.table import DECLARATIONS
 _PX4_MODES = {mode: declared.px4 for mode, declared in DECLARATIONS.items()}
 _ROVER_MODES = {mode: declared.rover for mode, declared in DECLARATIONS.items()}
 _PX4_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.px4_aliases}
+_OF_ARDUPILOT = frozenset({mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT})
 _ROVER_ORDERS = {number: order for declared in DECLARATIONS.values() for number, order in declared.rover_orders.items()}
 _ROVER_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.rover_aliases}
 
@@ -99,6 +100,7 @@ PX4 = Persona(
     _PX4_MODES,
     bytewise_parameters=True,
     home_is_item_zero=False,
+    unknown=_OF_ARDUPILOT,
     aliases=_PX4_ALIASES,
 )
 GENERIC = Persona(
@@ -107,6 +109,7 @@ GENERIC = Persona(
     _PX4_MODES,
     bytewise_parameters=True,
     home_is_item_zero=False,
+    unknown=_OF_ARDUPILOT,
     aliases=_PX4_ALIASES,
 )
 ARDUPILOT = Persona(
