@@ -134,6 +134,18 @@ def _as_messages(built: Any) -> Sequence[Any]:
     return built if isinstance(built, tuple) else (built,)
 
 
+def _slowing(bytes_per_s: float) -> float:
+    """How many times longer the default intervals are on a line of that capacity."""
+    return max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * bytes_per_s))
+
+
+def _stretch(outlet: Endpoint) -> float:
+    """How many times longer all intervals are while a radio passes on less than its line carries."""
+    if outlet.bytes_per_s == outlet.line_bytes_per_s or outlet.telemetry in follow.NARROW:
+        return 1.0
+    return _slowing(outlet.bytes_per_s) / _slowing(outlet.line_bytes_per_s)
+
+
 class _Slot:
     """The schedule of one message on one endpoint."""
 
@@ -178,14 +190,15 @@ class Telemetry:
 
     def _publish_to(self, outlet: Endpoint, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         """All messages that are due on one endpoint; only the heartbeat while its line is busy."""
-        now_s, busy = view.now_s, outlet.busy
+        now_s, busy, stretch = view.now_s, outlet.busy, _stretch(outlet)
         latest_s = now_s + _EARLY_S
         for slot in self._schedule(outlet, now_s).values():
             if slot.due_s > latest_s or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
                 continue
-            slot.due_s += slot.interval_s
+            interval_s = slot.interval_s * (1.0 if slot.number == HEARTBEAT else stretch)
+            slot.due_s += interval_s
             if slot.due_s <= now_s:  # so late that a turn was missed
-                slot.due_s = now_s + slot.interval_s
+                slot.due_s = now_s + interval_s
             if slot.number == AIS_VESSEL:
                 self._send_vessel(outlet, view.status, now_s, self._rounds, traffic.ais_vessel)
             elif slot.number == ADSB_VEHICLE:
@@ -299,7 +312,7 @@ class Telemetry:
             return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
         if interval_s < 0.0 or number in endpoint.persona.unknown:
             return NEVER
-        return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
+        return interval_s * _slowing(endpoint.line_bytes_per_s)
 
     # --- making ----------------------------------------------------------------------------------------------------
 
