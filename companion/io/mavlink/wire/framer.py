@@ -57,9 +57,8 @@ class Packed:
 
 
 @cache
-def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
+def _wire_values(cls: Any) -> Callable[[Any], tuple[Any, ...]]:
     """A function message → values in the order of its class's `unpacker`."""
-    cls = MESSAGES[number]
     types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
     arrays = [
         types[name] != "char" and length > 0
@@ -90,8 +89,8 @@ def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
 
 def pack(message: Any) -> Packed:
     """Pack a message. Raises struct.error for a value that does not fit its field."""
-    cls = type(message)
-    payload: bytes = cls.unpacker.pack(*_wire_values(cls.id)(message))
+    cls: Any = type(message)
+    payload: bytes = cls.unpacker.pack(*_wire_values(cls)(message))
     if payload[-1] == 0:
         payload = payload.rstrip(b"\x00") or b"\x00"
     return Packed(cls.id, bytes((cls.crc_extra,)), payload)

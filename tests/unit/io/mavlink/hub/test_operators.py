@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
+from fastcrc import crc16
 
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL
+from companion.io.mavlink.wire.framer import pack
 from companion.supervisor.ground_stations import GroundStations
 
 ARM, DISARM, TERMINATE = (400, 1.0), (400, 0.0), (185, 1.0)
@@ -42,8 +45,24 @@ def two(make_rig: Any) -> Any:
 
 
 def test_control_status_is_the_message_that_clients_know() -> None:
-    """Its checksum seed as in MAVLink's own headers."""
+    """Checksum seeds as mavgen has them of MAVLink's development.xml, before and after April 2026."""
     assert mavlink.MAVLink_control_status_message.crc_extra == 184
+    assert mavlink.CONTROL_STATUS_OWNERS.crc_extra == 21
+    packed = pack(mavlink.CONTROL_STATUS_OWNERS(3, 254, (0,) * 10))
+    assert (packed.id, packed.payload) == (512, b"\x03\xfe")
+
+
+def test_control_status_comes_in_the_newest_form_too(two: Any) -> None:
+    """QGroundControl's stable releases know the first form, its daily builds the newest; each drops the other."""
+    assert ack(two, TAKE_OPEN, 1) == ACCEPTED
+    two.desks[0].hear()
+    two.run(3.0)
+    data = two.desks[0].link.from_vessel()
+    forms = {}
+    for payload, seed in ((b"\xfe\x03", 184), (b"\x03\xfe", 21)):
+        found = re.findall(rb"(?=\xfd(\x02\0\0.\x01\x01\x00\x02\0" + re.escape(payload) + rb")(..))", data, re.DOTALL)
+        forms[seed] = [crc for body, crc in found if crc16.mcrf4xx(body + bytes((seed,))).to_bytes(2, "little") == crc]
+    assert [len(found) for found in forms.values()] == [3, 3]
 
 
 def test_all_may_command_by_default(two: Any) -> None:
