@@ -78,7 +78,7 @@ class Endpoint:
         self.intervals_s: dict[int, float] = {}
         self._transmit = transmit
         self._datagrams = datagrams
-        self._sequence = 0
+        self._sequence = 0xFF  # of the last message
         self._waiting = bytearray()
         self._cuts: list[int] = []  # datagrams: where one ends and the next begins
         self._radio = RadioFlow(_LEAST_BYTES_PER_S / bytes_per_s)
@@ -117,8 +117,9 @@ class Endpoint:
 
     def send(self, packed: Packed, system: int, component: int) -> None:
         """Frame a packed message with this endpoint's next sequence number, and collect it."""
+        if not packed.again:
+            self._sequence = (self._sequence + 1) & 0xFF
         self.send_bytes(self.guard.sign(frame(packed, self._sequence, system, component), packed.crc_extra))
-        self._sequence = (self._sequence + 1) & 0xFF
 
     def send_bytes(self, data: bytes) -> None:
         """Collect one whole frame; it is dropped when too much waits already, or may not be sent without a proof."""

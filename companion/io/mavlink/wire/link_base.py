@@ -136,5 +136,7 @@ def link_health(
     age_s = now_s - max(heard) if heard else None
     slow = next((one for one in endpoints if one.bytes_per_s < one.line_bytes_per_s), None)
     radio = None if slow is None else f"radio passes on {slow.bytes_per_s:.0f} of {slow.line_bytes_per_s:.0f} bytes/s"
+    if fault is not None:  # who shows it puts the name before it
+        fault = fault.removeprefix(f"{name}: ").removeprefix(f"{name.partition('?')[0]}: ")
     texts = (fault, None if heard else "nobody heard yet", None if guard is None else guard.text, radio)
     return DeviceHealth(name, fault is None, age_s, fault or "; ".join(text for text in texts if text))

@@ -58,11 +58,13 @@ def test_control_status_comes_in_the_newest_form_too(two: Any) -> None:
     two.desks[0].hear()
     two.run(3.0)
     data = two.desks[0].link.from_vessel()
-    forms = {}
+    forms, sequences = {}, {}
     for payload, seed in ((b"\xfe\x03", 184), (b"\x03\xfe", 21)):
         found = re.findall(rb"(?=\xfd(\x02\0\0.\x01\x01\x00\x02\0" + re.escape(payload) + rb")(..))", data, re.DOTALL)
+        sequences[seed] = [body[3] for body, _ in found]
         forms[seed] = [crc for body, crc in found if crc16.mcrf4xx(body + bytes((seed,))).to_bytes(2, "little") == crc]
     assert [len(found) for found in forms.values()] == [3, 3]
+    assert sequences[184] == sequences[21], "who drops one form counts no packet as lost"
 
 
 def test_all_may_command_by_default(two: Any) -> None:
