@@ -9,8 +9,9 @@ import pytest
 from fastcrc import crc16
 
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL
+from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL, action_of
 from companion.io.mavlink.wire.framer import pack
+from companion.supervisor.authority import RequestedAction
 from companion.supervisor.ground_stations import GroundStations
 
 ARM, DISARM, TERMINATE = (400, 1.0), (400, 0.0), (185, 1.0)
@@ -65,6 +66,16 @@ def test_control_status_comes_in_the_newest_form_too(two: Any) -> None:
         forms[seed] = [crc for body, crc in found if crc16.mcrf4xx(body + bytes((seed,))).to_bytes(2, "little") == crc]
     assert [len(found) for found in forms.values()] == [3, 3]
     assert sequences[184] == sequences[21], "who drops one form counts no packet as lost"
+
+
+@pytest.mark.parametrize(
+    ("current", "action"), [(0, RequestedAction.UPLOAD), (1, RequestedAction.UPLOAD), (2, RequestedAction.COMMAND)]
+)
+def test_a_waypoint_for_guided_is_a_command_not_an_upload(current: int, action: RequestedAction) -> None:
+    """A script with leave to upload missions may not send the boat somewhere by one."""
+    head, place = (1, 1, 0, 3, 16, current, 1, 0.0, 0.0, 0.0, 0.0), (634_400_000, 103_989_999, 0.0)
+    assert action_of(mavlink.MAVLink_mission_item_int_message(*head, *place)) is action
+    assert action_of(mavlink.MAVLink_mission_item_message(*head, 63.44, 10.4, 0.0)) is action
 
 
 def test_all_may_command_by_default(two: Any) -> None:
