@@ -1,11 +1,12 @@
 """ArduPilot's Guided while no setpoints come: the boat holds and waits for one. A single position is a go-to, as
-Mission Planner sends it; a stream of setpoints begins Offboard."""
+Mission Planner sends it, and so is a mission item with `current` 2, DroneKit's; a stream of setpoints begins
+Offboard."""
 
 from __future__ import annotations
 
 import math
 
-from companion.core.decision import ModeId, Outcome
+from companion.core.decision import ModeId, Outcome, Result, TextKind
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.supervisor.requests import Requests
 
@@ -46,6 +47,18 @@ class Guided:
         if self._requests.go_to(lat_deg, lon_deg, point.yaw_rad, None, now_s).accepted:
             self._since = self._choice
         return True
+
+    def go(self, lat_deg: float, lon_deg: float, now_s: float) -> Outcome:
+        """A point that a client sends for Guided, in degrees: a go-to, also from Offboard. It needs Guided, as on a
+        Rover."""
+        if not self.shown and self._parts.helm.mode.id is not ModeId.OFFBOARD:
+            text = "Go-to refused: choose Guided first"
+            self._parts.events.say(now_s, TextKind.REFUSAL, "refused", text)
+            return Outcome(Result.TEMPORARILY_REJECTED, text)
+        outcome = self._requests.go_to(lat_deg, lon_deg, None, None, now_s)
+        if outcome.accepted:
+            self._since, self._shown, self._streams = self._choice, self._choice_of_mode, False
+        return outcome
 
     def taken(self, now_s: float) -> None:
         """The setpoint is valid: a stream of them begins Offboard. Where that is refused, the waiting ends."""

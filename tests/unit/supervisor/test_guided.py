@@ -109,3 +109,26 @@ def test_a_failsafe_that_changes_the_mode_is_shown_as_it_is(boat: Boat) -> None:
     boat.wet = True
     boat.step(2.0)
     assert boat.status.mode is ModeId.RTL and not boat.status.guided
+
+
+def test_a_point_for_guided_is_gone_to(boat: Boat) -> None:
+    waiting(boat)
+    assert boat.supervisor.guided.go(*boat.point(20.0, 0.0), boat.now_s).accepted
+    boat.step(2.0)
+    assert "Going to a point 20 m away" in boat.texts() and boat.status.guided
+    for _ in range(3):
+        give(boat, WAY)
+    assert boat.status.mode is ModeId.OFFBOARD, "it still waits for setpoints"
+    assert boat.supervisor.guided.go(*boat.point(0.0, 20.0), boat.now_s).accepted
+    boat.step()
+    assert boat.status.guided and boat.status.mode is ModeId.HOLD
+
+
+@pytest.mark.parametrize("mode", [ModeId.HOLD, ModeId.MANUAL])
+def test_without_guided_a_point_for_it_is_refused(boat: Boat, mode: ModeId) -> None:
+    waiting(boat)
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted
+    boat.texts()
+    assert not boat.supervisor.guided.go(*boat.point(20.0, 0.0), boat.now_s).accepted
+    boat.step()
+    assert "Go-to refused: choose Guided first" in boat.texts() and boat.status.mode is mode

@@ -17,7 +17,7 @@ from companion.supervisor.authority import AuthorityRequest, RequestedAction
 _AXIS_ABSENT = 0x7FFF
 _IGNORE = 0xFFFF
 _RELEASE_LOW, _RELEASE_HIGH = 0, 0xFFFE  # channels 1 to 8, and 9 to 18
-_SWAY, _PITCH, _THROTTLE, _YAW = 1, 2, 3, 4  # channels, as on the vessel's own transmitter
+_SWAY, _PITCH, _THROTTLE, _YAW = 1, 2, 3, 4  # channels of PX4's sticks, as on the vessel's own transmitter
 _MOST_OVERRIDERS = 8
 _MOST_TOLD = 64
 
@@ -67,8 +67,8 @@ class InputService:
         self._vessel.supervisor.manual_input(manual)
 
     def _on_override(self, message: Any, peer: Peer, now_s: float) -> None:
-        """Channels as on a transmitter: 1 sway, 2 surge or 3 throttle, 4 yaw. Sticks come from what is overridden; none
-        while nothing is."""
+        """Channels as on a transmitter: 1 sway, 2 surge or 3 throttle, 4 yaw; for clients of ArduPilot those of Rover.
+        Sticks come from what is overridden; none while nothing is."""
         if message.target_system != self._hub.system:
             return
         source = (peer.system, peer.endpoint)
@@ -84,10 +84,9 @@ class InputService:
         if len(self._overrides) >= _MOST_OVERRIDERS:
             del self._overrides[next(iter(self._overrides))]
         self._overrides[source] = (now_s, channels)
-        surge = channels.get(_THROTTLE if self._surge_is_throttle else _PITCH)
-        self._vessel.supervisor.manual_input(
-            ManualInput(now_s, _source(peer), surge, channels.get(_SWAY), channels.get(_YAW))
-        )
+        usual = _THROTTLE if self._surge_is_throttle else _PITCH, _SWAY, _YAW
+        surge, sway, yaw = map(channels.get, peer.endpoint.persona.overrides or usual)
+        self._vessel.supervisor.manual_input(ManualInput(now_s, _source(peer), surge, sway, yaw))
 
     def _overridden(self, source: _Source, now_s: float) -> dict[int, float]:
         """The channels that the source overrides already; none after a silence in which its sticks were lost."""

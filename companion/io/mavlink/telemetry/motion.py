@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from companion.core.actuation import ThrusterCondition
-from companion.core.estimate import air_over_ground
+from companion.core.estimate import NavState, air_over_ground
 from companion.core.frames import body_to_ned
 from companion.core.readings import FixType
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, Setpoint, desired_motion
@@ -38,6 +38,8 @@ _IGNORE_ACCELERATION = 0b111000000
 _IGNORE_YAW = 1 << 10
 _IGNORE_YAW_RATE = 1 << 11
 _OUTPUTS = 32
+# EKF_STATUS_FLAGS: velocity downwards, height; position relative and absolute as predicted before arming
+_PREDICTED_AND_VERTICAL = 4 | 32 | 256 | 512
 
 
 def attitude(view: View, persona: Persona) -> Any:
@@ -229,6 +231,22 @@ def estimator_status(view: View, persona: Persona) -> Any:
     if view.tick is None:
         return None
     nav = view.tick.nav
+    return mavlink.MAVLink_estimator_status_message(
+        view.unix_us, _estimator_flags(nav), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nav.position_accuracy_m, math.nan
+    )
+
+
+def ekf_status_report(view: View, persona: Persona) -> Any:
+    """EKF_STATUS_REPORT: the same for clients of ArduPilot, which count the height too. DroneKit arms no boat without
+    the predicted position in it."""
+    if view.tick is None:
+        return None
+    nav = view.tick.nav
+    flags = _estimator_flags(nav) | (_PREDICTED_AND_VERTICAL if nav.position_valid else 0)
+    return mavlink.MAVLink_ekf_status_report_message(flags, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def _estimator_flags(nav: NavState) -> int:
     flags = 0
     if nav.heading_valid:
         flags |= mavlink.ESTIMATOR_ATTITUDE
@@ -236,9 +254,7 @@ def estimator_status(view: View, persona: Persona) -> Any:
         flags |= mavlink.ESTIMATOR_VELOCITY_HORIZ | mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS
     if nav.fix <= FixType.NONE:
         flags |= mavlink.ESTIMATOR_CONST_POS_MODE
-    return mavlink.MAVLink_estimator_status_message(
-        view.unix_us, flags, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nav.position_accuracy_m, math.nan
-    )
+    return flags
 
 
 def wind_cov(view: View, persona: Persona) -> Any:

@@ -66,9 +66,14 @@ def current_mode(view: View, persona: Persona) -> Any:
 
 
 def control_status(view: View, persona: Persona) -> Any:
-    """CONTROL_STATUS: which system has operator control, and whether another ground station may take it over."""
+    """CONTROL_STATUS: which system has operator control, and whether another ground station may take it over. In both
+    forms of it: a ground station knows one, and drops the other."""
     system, takeover = view.control
-    return mavlink.MAVLink_control_status_message(system, _SYSTEM_MANAGER | (_TAKEOVER_ALLOWED if takeover else 0))
+    flags = _SYSTEM_MANAGER | (_TAKEOVER_ALLOWED if takeover else 0)
+    return (
+        mavlink.MAVLink_control_status_message(system, flags),
+        mavlink.CONTROL_STATUS_OWNERS(flags, system, (0,) * 10),
+    )
 
 
 def current_event_sequence(view: View, persona: Persona) -> Any:

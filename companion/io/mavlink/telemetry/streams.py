@@ -96,6 +96,7 @@ STREAMS: dict[int, Stream] = {
     DEBUG_VECT: Stream(follow.report, NEVER),
     mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: Stream(motion.gps_global_origin, NEVER),
+    mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: Stream(motion.ekf_status_report, 1.0),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -120,6 +121,7 @@ _DATA_STREAMS: dict[int, tuple[int, ...]] = {
         mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME,
         mavlink.MAVLINK_MSG_ID_WIND_COV,
+        mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     ),
 }
 _DATA_STREAMS[mavlink.MAV_DATA_STREAM_ALL] = tuple(number for group in _DATA_STREAMS.values() for number in group)
@@ -130,6 +132,18 @@ def _as_messages(built: Any) -> Sequence[Any]:
     if built is None:
         return ()
     return built if isinstance(built, tuple) else (built,)
+
+
+def _slowing(bytes_per_s: float) -> float:
+    """How many times longer the default intervals are on a line of that capacity."""
+    return max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * bytes_per_s))
+
+
+def _stretch(outlet: Endpoint) -> float:
+    """How many times longer all intervals are while a radio passes on less than its line carries."""
+    if outlet.bytes_per_s == outlet.line_bytes_per_s or outlet.telemetry in follow.NARROW:
+        return 1.0
+    return _slowing(outlet.bytes_per_s) / _slowing(outlet.line_bytes_per_s)
 
 
 class _Slot:
@@ -176,14 +190,15 @@ class Telemetry:
 
     def _publish_to(self, outlet: Endpoint, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         """All messages that are due on one endpoint; only the heartbeat while its line is busy."""
-        now_s, busy = view.now_s, outlet.busy
+        now_s, busy, stretch = view.now_s, outlet.busy, _stretch(outlet)
         latest_s = now_s + _EARLY_S
         for slot in self._schedule(outlet, now_s).values():
             if slot.due_s > latest_s or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
                 continue
-            slot.due_s += slot.interval_s
+            interval_s = slot.interval_s * (1.0 if slot.number == HEARTBEAT else stretch)
+            slot.due_s += interval_s
             if slot.due_s <= now_s:  # so late that a turn was missed
-                slot.due_s = now_s + slot.interval_s
+                slot.due_s = now_s + interval_s
             if slot.number == AIS_VESSEL:
                 self._send_vessel(outlet, view.status, now_s, self._rounds, traffic.ais_vessel)
             elif slot.number == ADSB_VEHICLE:
@@ -297,7 +312,7 @@ class Telemetry:
             return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
         if interval_s < 0.0 or number in endpoint.persona.unknown:
             return NEVER
-        return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
+        return interval_s * _slowing(endpoint.line_bytes_per_s)
 
     # --- making ----------------------------------------------------------------------------------------------------
 

@@ -121,7 +121,7 @@ class MissionService:
         kind = _KINDS.get(message.mission_type)
         if kind is not None:
             self._snapshots.pop((peer, kind), None)
-            self._receiver.on_client_ack(message, peer)
+            self._receiver.on_client_ack(message, peer, now_s)
 
     # --- download --------------------------------------------------------------------------------------------------
 
@@ -166,7 +166,7 @@ class MissionService:
         snapshot.used_s = now_s
         shift = shift_of(kind, peer)
         seq = message.seq - shift
-        if not -shift <= seq < len(snapshot.items) or not snapshot.items:
+        if not -shift <= seq < len(snapshot.items):  # home can be read without a mission too: DroneKit does so
             self._receiver.acknowledge(kind, peer, PlanResult.INVALID_SEQUENCE)
             return
         item = home_item(snapshot.home) if seq < 0 else with_jump_moved(snapshot.items[seq], shift)

@@ -5,6 +5,10 @@ now and then, which keeps a client from giving up.
 
 Source: MAVLink guide, "Mission Protocol". The timings tolerate loss with QGroundControl, which gives up after 1.5 s
 without a request, and with MAVSDK (2.5 s).
+
+Items are requested as MISSION_ITEM_INT. ArduPilot asks by the old MISSION_REQUEST, and DroneKit and most scripts with
+pymavlink wait for nothing else: a client that leaves the requests for its first item unanswered is asked by both in
+turn, and from then on by the one that it answers. MAVSDK refuses the old form as unsupported, as PX4 knows it.
 """
 
 from __future__ import annotations
@@ -15,11 +19,13 @@ from functools import partial
 from typing import Any
 
 from companion.core.decision import TextKind
-from companion.io.mavlink.transfer.mission_codec import item_from_float, item_from_int, with_jump_moved
+from companion.io.mavlink.transfer.mission_codec import NAV_WAYPOINT, item_from_float, item_from_int, with_jump_moved
 from companion.io.mavlink.transfer.plan_store import PlanStore
 from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.actions import GO_THERE
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.loop import Vessel
+from companion.mission.commands import name_of
 from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult, item_number
 from companion.mission.validation import CAPACITY, check_item
 
@@ -35,7 +41,8 @@ REPEAT_ANSWER_S = 5.0  # for so long the last item of a finished upload gets its
 UNASKED_REPEATS_S = (0.5, 1.0)
 
 _QUICK_RETRIES = 4
-_LEGACY_GUIDED = (2, 3)  # values of `current` that once meant "go there now"
+_OLD_FORM_RETRY = 2  # the first that asks by MISSION_REQUEST
+_CHANGE_ALTITUDE = 3  # as GO_THERE
 
 
 @dataclass(slots=True)
@@ -54,6 +61,9 @@ class _Upload:
     retries: int = 0
     lossy: bool = False  # an item had to be requested again
     complete: bool = False  # all items are there; the plan is being checked and stored
+    old_form: bool = False  # requests are MISSION_REQUEST
+    asked_old: bool = False  # one of them was
+    form_known: bool = False  # the client has answered a request, or refused a form
     base: tuple[PlanItem, ...] | None = None  # the plan that a partial upload changes
     items: list[PlanItem] = field(default_factory=list)
 
@@ -126,7 +136,7 @@ class PlanReceiver:
         """MISSION_ITEM_INT."""
         upload = self._uploads.get(message.mission_type)
         if upload is None or upload.peer != peer:
-            self._on_stray_item(message, peer, now_s)
+            self._on_stray_item(message, item_from_int(message, 0), peer, now_s)
             return
         if message.seq == upload.expected and not upload.complete:
             # others are late or duplicates; the retry timer requests what is missing
@@ -136,7 +146,7 @@ class PlanReceiver:
         """MISSION_ITEM, the old form with degrees as floats."""
         upload = self._uploads.get(message.mission_type)
         if upload is None or upload.peer != peer:
-            self._on_stray_item(message, peer, now_s)
+            self._on_stray_item(message, item_from_float(message, 0), peer, now_s)
             return
         if message.seq != upload.expected or upload.complete:
             return
@@ -146,11 +156,20 @@ class PlanReceiver:
         else:
             self._take(upload, item, now_s)
 
-    def on_client_ack(self, message: Any, peer: Peer) -> None:
-        """MISSION_ACK: any other than ACCEPTED from the sender ends its upload; the old plan stays."""
+    def on_client_ack(self, message: Any, peer: Peer, now_s: float) -> None:
+        """MISSION_ACK: any other than ACCEPTED from the sender ends its upload; the old plan stays. UNSUPPORTED may be
+        about the form of a request: then the other one is used."""
         upload = self._uploads.get(message.mission_type)
-        if upload is not None and upload.peer == peer and message.type != PlanResult.ACCEPTED:
+        if upload is None or upload.peer != peer or message.type == PlanResult.ACCEPTED:
+            return
+        if message.type != PlanResult.UNSUPPORTED or (upload.form_known and not upload.asked_old):
             self._drop(upload)
+            return
+        old_form = not upload.asked_old
+        changed = old_form != upload.old_form or not upload.form_known
+        upload.old_form, upload.form_known = old_form, True
+        if changed and not upload.complete:
+            self._ask(upload, now_s)
 
     def update(self, now_s: float) -> None:
         """Request missing items again; end the upload of a silent sender."""
@@ -252,18 +271,20 @@ class PlanReceiver:
                 return
         else:
             upload.lossy = True
+            if not upload.form_known:
+                upload.old_form = upload.retries >= _OLD_FORM_RETRY and upload.retries % 2 == 0
             upload.retry_s = now_s + self._patience * (RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S)
         self._send_request(upload)
 
     def _send_request(self, upload: _Upload) -> None:
-        peer = upload.peer
-        self._hub.send(
-            peer, mavlink.MAVLink_mission_request_int_message(peer.system, peer.component, upload.expected, upload.kind)
-        )
+        peer, old_form = upload.peer, upload.old_form
+        upload.asked_old = upload.asked_old or old_form
+        request = mavlink.MAVLink_mission_request_message if old_form else mavlink.MAVLink_mission_request_int_message
+        self._hub.send(peer, request(peer.system, peer.component, upload.expected, upload.kind))
 
     def _take(self, upload: _Upload, item: PlanItem, now_s: float) -> None:
         """Add the expected item; request the next one, or put the plan in force."""
-        upload.heard_s = now_s
+        upload.heard_s, upload.form_known = now_s, True
         if item.seq >= 0:  # item −1 is home, and the vessel keeps its own
             if upload.shift:
                 item = with_jump_moved(item, -upload.shift)
@@ -330,13 +351,35 @@ class PlanReceiver:
         self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_refused", text)
         self.acknowledge(kind, peer, PlanResult.DENIED)
 
-    def _on_stray_item(self, message: Any, peer: Peer, now_s: float) -> None:
-        """An item outside an upload: repeat the answer of a finished one, or refuse an old "go there now"."""
+    def _on_stray_item(self, message: Any, item: PlanItem | PlanRefusal, peer: Peer, now_s: float) -> None:
+        """An item outside an upload: repeat the answer of a finished one, or "go there now" as ArduPilot knows it."""
         finished = self._finished.get((peer, message.mission_type))
-        if finished is not None and finished.last_seq == message.seq and now_s < finished.until_s:
+        repeated = finished is not None and finished.last_seq == message.seq and now_s < finished.until_s
+        if finished is not None and repeated and message.current != GO_THERE:
             self._hub.send(peer, finished.answer)
-        elif message.current in _LEGACY_GUIDED:
+        elif message.current == GO_THERE and peer.endpoint.persona.offboard_may_wait:
+            self.acknowledge(message.mission_type, peer, self._go_there(item, now_s))
+        elif message.current in (GO_THERE, _CHANGE_ALTITUDE):
             self.acknowledge(message.mission_type, peer, PlanResult.UNSUPPORTED)
+
+    def _go_there(self, item: PlanItem | PlanRefusal, now_s: float) -> PlanResult:
+        """What becomes of a waypoint for Guided; a refusal is an event."""
+        refusal = item if isinstance(item, PlanRefusal) else _not_a_waypoint(item)
+        if refusal is None and isinstance(item, PlanItem):
+            accepted = self._vessel.supervisor.guided.go(item.lat_deg, item.lon_deg, now_s).accepted
+            return PlanResult.ACCEPTED if accepted else PlanResult.DENIED
+        assert refusal is not None
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "refused", f"Go-to refused: {refusal.text}")
+        return refusal.result
+
+
+def _not_a_waypoint(item: PlanItem) -> PlanRefusal | None:
+    """Why an item cannot be a point to go to; None if it can."""
+    if item.command != NAV_WAYPOINT:
+        return PlanRefusal(PlanResult.UNSUPPORTED, f"{name_of(item.command)} is no waypoint")
+    if not item.x and not item.y:
+        return PlanRefusal(PlanResult.INVALID_PARAM5_X, "no such place")
+    return check_item(PlanKind.MISSION, item)
 
 
 def shift_of(kind: PlanKind, peer: Peer) -> int:

@@ -37,6 +37,8 @@ CONTROLLING: Mapping[int, RequestedAction] = {  # message ids; all others change
 }
 STREAMS = frozenset({RequestedAction.STICKS, RequestedAction.SETPOINT})  # many messages a second: one refusal is told
 _COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
+_ITEMS = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_ITEM, mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT})
+GO_THERE = 2  # `current` of a mission item that ArduPilot takes for Guided, not for the mission
 READING = frozenset(  # commands that change nothing aboard, so that nobody refuses them
     {
         mavlink.MAV_CMD_RUN_PREARM_CHECKS,
@@ -62,6 +64,8 @@ READING = frozenset(  # commands that change nothing aboard, so that nobody refu
 def action_of(message: Any) -> RequestedAction:
     """What a message asks for."""
     number = message.get_msgId()
+    if number in _ITEMS and message.current == GO_THERE:
+        return RequestedAction.COMMAND
     if number not in _COMMANDS:
         return CONTROLLING.get(number, RequestedAction.READ)
     if message.command in READING:

@@ -9,6 +9,7 @@ from companion.io.mavlink.wire.framer import Framer, Packed, frame
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.proof import Proof
+from companion.io.mavlink.wire.radio_flow import RadioFlow
 from companion.io.mavlink.wire.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
@@ -18,6 +19,7 @@ _SLOW_BACKLOG_S = 1.0
 FORWARD_SHARE = 0.25  # of the line, at most, for forwarded packets
 _FORWARD_S = 1.0  # for which an unused share is saved up
 _LEAST_FORWARD = 1200.0
+_LEAST_BYTES_PER_S = 250.0  # on a radio that cannot keep up: heartbeats and short answers
 
 
 @dataclass(slots=True)
@@ -37,11 +39,12 @@ class LinkTraffic:
 class Endpoint:
     """The far end of a link, with its own framer, sequence numbers and message intervals.
 
-    `send` and `send_bytes` collect frames; `flush` puts them on the line, as many as it takes. `bytes_per_s`: capacity
-    of the line. `intervals_s`: message intervals that the far end asked for (message id → period; negative: never).
-    `first_heard_s`, `last_heard_s`, `asked_s`: when it was heard first and last, and when it last sent more than a
-    heartbeat. `trusted`: it has sent a genuine signature, or as one of the vessel's `operators`. `proof`: limits what
-    is sent to an address that anybody can claim; None: no limit.
+    `send` and `send_bytes` collect frames; `flush` puts them on the line, as many as it takes. `line_bytes_per_s`:
+    capacity of the line; `bytes_per_s`: what is used of it, as much as a radio at its end passes on. `intervals_s`:
+    message intervals that the far end asked for (message id → period; negative: never). `first_heard_s`,
+    `last_heard_s`, `asked_s`: when it was heard first and last, and when it last sent more than a heartbeat. `trusted`:
+    it has sent a genuine signature, or as one of the vessel's `operators`. `proof`: limits what is sent to an address
+    that anybody can claim; None: no limit.
     """
 
     def __init__(
@@ -59,7 +62,7 @@ class Endpoint:
         the link, with its options."""
         self.name = name
         self.persona = persona
-        self.bytes_per_s = bytes_per_s
+        self.line_bytes_per_s = self.bytes_per_s = bytes_per_s
         self.framer = Framer() if framer is None else framer
         self.guard = Guard() if guard is None else guard
         self.telemetry = self.guard.options.telemetry
@@ -75,12 +78,11 @@ class Endpoint:
         self.intervals_s: dict[int, float] = {}
         self._transmit = transmit
         self._datagrams = datagrams
-        self._sequence = 0
+        self._sequence = 0xFF  # of the last message
         self._waiting = bytearray()
         self._cuts: list[int] = []  # datagrams: where one ends and the next begins
-        self._limit = (
-            _BACKLOG_BYTES if bytes_per_s >= FAST_BYTES_PER_S else max(1024, int(bytes_per_s * _SLOW_BACKLOG_S))
-        )
+        self._radio = RadioFlow(_LEAST_BYTES_PER_S / bytes_per_s)
+        self._limit = self._backlog_limit()
         self._forward_allowance = self._forward_most = max(_LEAST_FORWARD, _FORWARD_S * FORWARD_SHARE * bytes_per_s)
         self._forwarded_s: float | None = None
         self._allowance = 0.0
@@ -96,10 +98,28 @@ class Endpoint:
         """Whether half of the backlog is used, or a proof is missing: messages that can wait should."""
         return 2 * len(self._waiting) > self._limit or (self.proof is not None and self.proof.scarce)
 
+    def radio_status(self, free_percent: int, now_s: float) -> None:
+        """The radio at this end of a slow line says how much of its buffer is free, in percent."""
+        if self.line_bytes_per_s < FAST_BYTES_PER_S:
+            self._radio.take(free_percent, now_s)
+            self._adapt(now_s)
+
+    def _adapt(self, now_s: float) -> None:
+        rate = self.line_bytes_per_s * self._radio.share(now_s)
+        if rate != self.bytes_per_s:
+            self.bytes_per_s = rate
+            self._limit = self._backlog_limit()
+
+    def _backlog_limit(self) -> int:
+        if self.bytes_per_s >= FAST_BYTES_PER_S:
+            return _BACKLOG_BYTES
+        return max(1024, int(self.bytes_per_s * _SLOW_BACKLOG_S))
+
     def send(self, packed: Packed, system: int, component: int) -> None:
         """Frame a packed message with this endpoint's next sequence number, and collect it."""
+        if not packed.again:
+            self._sequence = (self._sequence + 1) & 0xFF
         self.send_bytes(self.guard.sign(frame(packed, self._sequence, system, component), packed.crc_extra))
-        self._sequence = (self._sequence + 1) & 0xFF
 
     def send_bytes(self, data: bytes) -> None:
         """Collect one whole frame; it is dropped when too much waits already, or may not be sent without a proof."""
@@ -173,6 +193,8 @@ class Endpoint:
 
     def _affordable(self, now_s: float) -> int:
         """Bytes that a slow line has had time to carry since the last call; at most a quarter of a second's worth."""
+        if self._radio.reports:
+            self._adapt(now_s)
         most = max(300.0, 0.25 * self.bytes_per_s)
         elapsed_s = 0.25 if self._allowed_s is None else max(0.0, now_s - self._allowed_s)
         self._allowed_s = now_s

@@ -17,7 +17,7 @@ from typing import Any
 
 from fastcrc import crc16
 
-from companion.io.mavlink.wire.messages import MESSAGES
+from companion.io.mavlink.wire.messages import CONTROL_STATUS_OWNERS, MESSAGES
 
 _MARKER_1, _MARKER_2 = 0xFE, 0xFD
 _SIGNED = 0x01
@@ -49,17 +49,18 @@ _start = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Packed:
-    """A message's payload as it goes on the wire, without trailing zeros, ready to be framed."""
+    """A message's payload as it goes on the wire, without trailing zeros, ready to be framed. `again`: the message
+    before it in another form. It has the same sequence number, so that nobody who knows one form misses a packet."""
 
     id: int
     crc_extra: bytes
     payload: bytes
+    again: bool = False
 
 
 @cache
-def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
+def _wire_values(cls: Any) -> Callable[[Any], tuple[Any, ...]]:
     """A function message → values in the order of its class's `unpacker`."""
-    cls = MESSAGES[number]
     types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
     arrays = [
         types[name] != "char" and length > 0
@@ -90,11 +91,11 @@ def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
 
 def pack(message: Any) -> Packed:
     """Pack a message. Raises struct.error for a value that does not fit its field."""
-    cls = type(message)
-    payload: bytes = cls.unpacker.pack(*_wire_values(cls.id)(message))
+    cls: Any = type(message)
+    payload: bytes = cls.unpacker.pack(*_wire_values(cls)(message))
     if payload[-1] == 0:
         payload = payload.rstrip(b"\x00") or b"\x00"
-    return Packed(cls.id, bytes((cls.crc_extra,)), payload)
+    return Packed(cls.id, bytes((cls.crc_extra,)), payload, cls is CONTROL_STATUS_OWNERS)
 
 
 def frame(packed: Packed, sequence: int, system: int, component: int) -> bytes:

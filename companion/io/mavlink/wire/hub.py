@@ -36,6 +36,7 @@ from companion.io.mavlink.wire.repeats import AGAIN_S, Repeats
 from companion.io.mavlink.wire.router import Router
 from companion.io.mavlink.wire.service_kinds import AnsweringService, ClosingService
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
+from companion.io.mavlink.wire.twin import Twin
 from companion.loop import Vessel
 from companion.supervisor.authority import AuthorityRequest
 
@@ -159,6 +160,7 @@ class Hub:
         share = max(_LEAST_SHARE, _MOST_MESSAGES // max(1, len(self._links)))
         self._share = sys.maxsize if vessel.waker is None else share
         self._router = Router((self.system, COMPONENT), patience)
+        self._twin = Twin(patience)
         self._log = None if copies.tap is None else LogOutlet(copies.tap)
         self._ear = copies.ear
         self._stations: set[int] = set()
@@ -305,7 +307,7 @@ class Hub:
         number = message.get_msgId()  # `.id` is a field of its own in some messages
         if endpoint.proof is not None and not endpoint.proof.proven:
             self._prove(Peer(endpoint, system, component), endpoint.proof, message, now_s)
-        not_for_us = isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT)
+        not_for_us = isinstance(message, UnknownMessage) or self._has_our_address(message, now_s)
         self._write_down(endpoint, message, now_s, aloud=not not_for_us)
         self._router.take(message, endpoint, self.endpoints, now_s)
         if not_for_us or number == RADIO_STATUS:
@@ -329,6 +331,15 @@ class Hub:
                     "mavlink_handler_failed",
                     f"{message.get_type()} not handled: {type(error).__name__}: {error}",
                 )
+
+    def _has_our_address(self, message: Any, now_s: float) -> bool:
+        """Whether the sender is this boat by its address. If it is another vehicle, that is announced."""
+        if (message.get_srcSystem(), message.get_srcComponent()) != (self.system, COMPONENT):
+            return False
+        if self._twin.take(message, now_s):
+            text = f"Another vehicle has system id {self.system}: set MAV_SYS_ID"
+            self.vessel.events.say(now_s, TextKind.ATTENTION, "same_system_id", text)
+        return True
 
     def _prove(self, peer: Peer, proof: Proof, message: Any, now_s: float) -> None:
         """Limit what is sent to an address until it has shown that it receives it. The question comes first: it must

@@ -101,7 +101,8 @@ def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received
     """Add the messages that the link's guard admits to `out`, and update the endpoint's counts.
 
     The endpoint counts as heard if one of them is of a known id. A refused message changes only the guard's counts.
-    RADIO_STATUS comes from the modem and needs no signature, so it does not count as the far end being heard.
+    RADIO_STATUS comes from the modem and needs no signature, so it does not count as the far end being heard. It tells
+    how much the modem can pass on.
     """
     for message in messages:
         if not endpoint.guard.admits(message):
@@ -110,6 +111,7 @@ def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received
         certain = message.__class__ is not UnknownMessage
         endpoint.traffic.received += certain
         if message.get_msgId() == RADIO_STATUS:
+            endpoint.radio_status(message.txbuf, now_s)
             continue
         endpoint.receptions.take(message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
         if certain:
@@ -129,8 +131,12 @@ def link_health(
     name: str, endpoints: Sequence[Endpoint], fault: str | None, now_s: float, guard: Guard | None = None
 ) -> DeviceHealth:
     """Health of a link: good unless it has a fault. Its age is that of the newest message. `guard`: adds what it
-    refused."""
+    refused. A radio that cannot keep up with its line is told of."""
     heard = [endpoint.last_heard_s for endpoint in endpoints if endpoint.last_heard_s is not None]
     age_s = now_s - max(heard) if heard else None
-    texts = (fault, None if heard else "nobody heard yet", None if guard is None else guard.text)
+    slow = next((one for one in endpoints if one.bytes_per_s < one.line_bytes_per_s), None)
+    radio = None if slow is None else f"radio passes on {slow.bytes_per_s:.0f} of {slow.line_bytes_per_s:.0f} bytes/s"
+    if fault is not None:  # who shows it puts the name before it
+        fault = fault.removeprefix(f"{name}: ").removeprefix(f"{name.partition('?')[0]}: ")
+    texts = (fault, None if heard else "nobody heard yet", None if guard is None else guard.text, radio)
     return DeviceHealth(name, fault is None, age_s, fault or "; ".join(text for text in texts if text))

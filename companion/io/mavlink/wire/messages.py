@@ -7,7 +7,8 @@
     mavlink.MAVLink_available_modes_message(number_modes=1, mode_index=1, …)
 
 Field lists are those of MAVLink's XML in declaration order: common.xml and standard.xml of July 2026, CONTROL_STATUS of
-development.xml as first released, CAMERA_FEEDBACK and MAG_CAL_PROGRESS of ardupilotmega.xml.
+development.xml as first released and, as CONTROL_STATUS_OWNERS, as it is since April 2026; CAMERA_FEEDBACK,
+EKF_STATUS_REPORT and MAG_CAL_PROGRESS of ardupilotmega.xml.
 """
 
 from __future__ import annotations
@@ -78,6 +79,12 @@ _SPECS = (
         "uint64_t time_usec, uint8_t target_system, uint8_t cam_idx, uint16_t img_idx, int32_t lat, int32_t lng, "
         "float alt_msl, float alt_rel, float roll, float pitch, float yaw, float foc_len, uint8_t flags | "
         "uint16_t completed_captures",
+    ),
+    (  # of ArduPilot's dialect
+        "EKF_STATUS_REPORT",
+        193,
+        "uint16_t flags, float velocity_variance, float pos_horiz_variance, float pos_vert_variance, "
+        "float compass_variance, float terrain_alt_variance | float airspeed_variance",
     ),
     (
         "PROTOCOL_VERSION",
@@ -226,6 +233,10 @@ def _message_class(name: str, number: int, text: str) -> Any:
     return type(cls_name, (common.MAVLink_message,), body)
 
 
+CONTROL_STATUS_OWNERS: Any = _message_class(
+    "CONTROL_STATUS", 512, "uint8_t flags, uint8_t gcs_main, uint8_t[10] gcs_secondary"
+)
+"""CONTROL_STATUS with another checksum, for ground stations that know this form and not the one in MESSAGES."""
 _OWN: dict[int, Any] = {number: _message_class(name, number, text) for name, number, text in _SPECS}
 _OWN_NAMES: dict[str, Any] = {cls.__name__: cls for cls in _OWN.values()}
 _OWN_NAMES.update({f"MAVLINK_MSG_ID_{cls.msgname}": number for number, cls in _OWN.items()})

@@ -17,6 +17,7 @@ from companion.modes.table import DECLARATIONS
 _PX4_MODES = {mode: declared.px4 for mode, declared in DECLARATIONS.items()}
 _ROVER_MODES = {mode: declared.rover for mode, declared in DECLARATIONS.items()}
 _PX4_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.px4_aliases}
+_OF_ARDUPILOT = frozenset({mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT})
 _ROVER_ORDERS = {number: order for declared in DECLARATIONS.values() for number, order in declared.rover_orders.items()}
 _ROVER_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.rover_aliases}
 
@@ -48,6 +49,7 @@ class Persona:
     starts no mission before it sees LOITER.
     `unknown`: messages that its clients do not know. MAVProxy and Mission Planner count each as a lost packet, so they
     come when they change or are asked for, not regularly.
+    `overrides`: channels of surge, sway and yaw in RC_CHANNELS_OVERRIDE; None: those of PX4's sticks.
     `calibrates_by_messages`: it reports a compass calibration as MAG_CAL messages (ArduPilot), else as texts (PX4).
     """
 
@@ -60,6 +62,7 @@ class Persona:
     offboard_may_wait: bool = False
     waits_for_its_number: bool = False
     calibrates_by_messages: bool = False
+    overrides: tuple[int, int, int] | None = None
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
     has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
     unknown: frozenset[int] = frozenset()
@@ -99,6 +102,7 @@ PX4 = Persona(
     _PX4_MODES,
     bytewise_parameters=True,
     home_is_item_zero=False,
+    unknown=_OF_ARDUPILOT,
     aliases=_PX4_ALIASES,
 )
 GENERIC = Persona(
@@ -107,6 +111,7 @@ GENERIC = Persona(
     _PX4_MODES,
     bytewise_parameters=True,
     home_is_item_zero=False,
+    unknown=_OF_ARDUPILOT,
     aliases=_PX4_ALIASES,
 )
 ARDUPILOT = Persona(
@@ -119,6 +124,7 @@ ARDUPILOT = Persona(
     offboard_may_wait=True,
     waits_for_its_number=True,
     calibrates_by_messages=True,
+    overrides=(3, 4, 1),  # Rover's throttle, lateral and steering (RCMAP_THROTTLE, RCMAP_YAW, RCMAP_ROLL)
     packs_main_and_sub=False,
     has_events=False,
     unknown=frozenset(

@@ -35,6 +35,16 @@ class DeskSupervisor:
         self.armed = False
         self.home: Home | None = Home(63.44, 10.4, 2.5)
         self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
+        self.guided = self
+        self.gone_to: list[tuple[float, float]] = []
+        self.in_guided = True
+
+    def go(self, lat_deg: float, lon_deg: float, now_s: float) -> Outcome:
+        """As `Guided.go`."""
+        if not self.in_guided:
+            return Outcome(Result.TEMPORARILY_REJECTED, "choose Guided first")
+        self.gone_to.append((lat_deg, lon_deg))
+        return ACCEPTED
 
     def status(self, now_s: float) -> Any:
         count = len(self._plans.items(PlanKind.MISSION))

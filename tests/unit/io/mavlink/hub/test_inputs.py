@@ -108,6 +108,19 @@ def test_overridden_channels_are_those_of_the_transmitter(rig: Any) -> None:
     assert (sticks.sway, sticks.surge, sticks.yaw) == (-0.5, 1.0, -1.0)
 
 
+@pytest.mark.parametrize("by_throttle", [0, 1])
+def test_clients_of_ardupilot_override_the_channels_of_a_rover(make_rig: Any, by_throttle: int) -> None:
+    """Mission Planner's joystick, MAVProxy's `rc 1`, DroneKit's `channels.overrides`: 1 steers, 3 is the throttle."""
+    rig = make_rig(["memory:rover?dialect=ardupilot"])
+    rig.vessel.parameters.set("MAN_AXIS_SURGE", by_throttle)
+    rig.ask(override(1700, 65535, 1250, 65535))
+    sticks = rig.supervisor.sticks[-1]
+    assert (sticks.surge, sticks.sway, sticks.yaw) == (-0.5, None, 0.4)
+    rig.ask(override(1500, 2000, 1500, 1600))
+    sticks = rig.supervisor.sticks[-1]
+    assert (sticks.surge, sticks.sway, sticks.yaw) == (0.0, 0.2, 0.0)
+
+
 def test_released_channels_are_absent_and_all_released_is_silence(rig: Any) -> None:
     rig.ask(override(1250, 1750, 1500, 1600), override(0, 65535, 65535, 0))
     sticks = rig.supervisor.sticks[-1]

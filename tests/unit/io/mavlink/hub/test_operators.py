@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
+from fastcrc import crc16
 
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL
+from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL, action_of
+from companion.io.mavlink.wire.framer import pack
+from companion.supervisor.authority import RequestedAction
 from companion.supervisor.ground_stations import GroundStations
 
 ARM, DISARM, TERMINATE = (400, 1.0), (400, 0.0), (185, 1.0)
@@ -42,8 +46,36 @@ def two(make_rig: Any) -> Any:
 
 
 def test_control_status_is_the_message_that_clients_know() -> None:
-    """Its checksum seed as in MAVLink's own headers."""
+    """Checksum seeds as mavgen has them of MAVLink's development.xml, before and after April 2026."""
     assert mavlink.MAVLink_control_status_message.crc_extra == 184
+    assert mavlink.CONTROL_STATUS_OWNERS.crc_extra == 21
+    packed = pack(mavlink.CONTROL_STATUS_OWNERS(3, 254, (0,) * 10))
+    assert (packed.id, packed.payload) == (512, b"\x03\xfe")
+
+
+def test_control_status_comes_in_the_newest_form_too(two: Any) -> None:
+    """QGroundControl's stable releases know the first form, its daily builds the newest; each drops the other."""
+    assert ack(two, TAKE_OPEN, 1) == ACCEPTED
+    two.desks[0].hear()
+    two.run(3.0)
+    data = two.desks[0].link.from_vessel()
+    forms, sequences = {}, {}
+    for payload, seed in ((b"\xfe\x03", 184), (b"\x03\xfe", 21)):
+        found = re.findall(rb"(?=\xfd(\x02\0\0.\x01\x01\x00\x02\0" + re.escape(payload) + rb")(..))", data, re.DOTALL)
+        sequences[seed] = [body[3] for body, _ in found]
+        forms[seed] = [crc for body, crc in found if crc16.mcrf4xx(body + bytes((seed,))).to_bytes(2, "little") == crc]
+    assert [len(found) for found in forms.values()] == [3, 3]
+    assert sequences[184] == sequences[21], "who drops one form counts no packet as lost"
+
+
+@pytest.mark.parametrize(
+    ("current", "action"), [(0, RequestedAction.UPLOAD), (1, RequestedAction.UPLOAD), (2, RequestedAction.COMMAND)]
+)
+def test_a_waypoint_for_guided_is_a_command_not_an_upload(current: int, action: RequestedAction) -> None:
+    """A script with leave to upload missions may not send the boat somewhere by one."""
+    head, place = (1, 1, 0, 3, 16, current, 1, 0.0, 0.0, 0.0, 0.0), (634_400_000, 103_989_999, 0.0)
+    assert action_of(mavlink.MAVLink_mission_item_int_message(*head, *place)) is action
+    assert action_of(mavlink.MAVLink_mission_item_message(*head, 63.44, 10.4, 0.0)) is action
 
 
 def test_all_may_command_by_default(two: Any) -> None:

@@ -107,6 +107,18 @@ def test_our_own_packets_that_come_round_go_no_further(wires: Wires) -> None:
     assert wires.put(0, packet(heartbeat(11), 1, 1)) == [[], [], []]
 
 
+def test_another_vehicle_with_our_system_id_is_told_of(wires: Wires) -> None:
+    """Its packets go no further either; ours that come round are no other vehicle."""
+    rig = wires.rig
+    for ahead_ms, texts in ((0, []), (90_000, ["Another vehicle has system id 1: set MAV_SYS_ID"])):
+        for n in range(40):
+            rig.now_s = round(rig.now_s + 0.2, 9)
+            boot_ms = int(rig.now_s * 1000.0) + ahead_ms
+            place = mavlink.MAVLink_global_position_int_message(boot_ms, 634_389_000, 103_990_000, 0, 0, 0, 0, 0, 0)
+            assert wires.put(0, packet(place, 1, 1, n)) == [[], [], []]
+        assert [event.text for event in rig.vessel.events.drain()] == texts
+
+
 def test_keys_and_the_modems_own_word_stay_where_they_came_in(wires: Wires) -> None:
     wires.put(1, packet(heartbeat(11), 42, 1))
     key = mavlink.MAVLink_setup_signing_message(42, 1, list(range(32)), 5)

@@ -585,3 +585,15 @@ def test_sequence_numbers_wrap() -> None:
         link.endpoints[0].send(PACKED, 1, 1)
     link.endpoints[0].flush(0.0)
     assert [message.get_seq() for message in Framer().feed(link.from_vessel())] == [*range(256), 0, 1]
+
+
+@pytest.mark.parametrize("options", ["", "?dialect=ardupilot"])
+def test_a_fault_is_told_without_the_name_that_stands_before_it(options: str) -> None:
+    link = open_link(f"serial:/dev/no-such-radio:57600{options}")
+    try:
+        link.receive(0.0)
+        health = link.health(0.0)
+    finally:
+        link.close()
+    assert health.name == f"serial:/dev/no-such-radio:57600{options}"
+    assert health.text.startswith("no such device; is it plugged in?")
