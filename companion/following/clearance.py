@@ -25,7 +25,9 @@ _BRAKING_MPS2 = -0.35  # at or below it the leader is taken to be stopping
 _TURN_LAG_S = 1.0
 _TURN_GAIN_1PS = 1.2
 _TURN_SHARE = 0.75  # of PATH_YAW_RATE, that the boat is predicted to reach
-_TURNING_RAD = math.radians(20.0)  # off course by more, a boat that steers by its thrust pushes itself along
+TURNING_RAD = math.radians(19.0)
+"""Off its course by more, a boat that steers by its thrust pushes itself along to turn; within it, it may coast. Less
+than the least change of course that is predicted."""
 _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
 _GO_COST = 0.25  # of a course with way on
 _SIDE_COST = 0.35  # of a reversal of the course chosen before
@@ -165,7 +167,7 @@ class Clearance:
             wanted = speed_mps
             if plan is not None:
                 wanted = planned_mps
-            if self._steers_by_thrust and abs(off) > _TURNING_RAD:
+            if self._steers_by_thrust and abs(off) > TURNING_RAD:
                 wanted = max(wanted, self._turning_mps)
             if u > wanted:
                 drag = hull.drag_n(abs(u)) / hull.m11_kg

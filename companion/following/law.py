@@ -20,7 +20,7 @@ from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
-from companion.following.clearance import Clearance, MotionPlan
+from companion.following.clearance import TURNING_RAD, Clearance, MotionPlan
 from companion.following.keep_out import EITHER, way_round
 from companion.following.track import LeaderTrack
 from companion.guidance.coasting import Coasting
@@ -44,7 +44,6 @@ _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
 _BURST_MPS = 0.4  # a boat without reverse near a follow position at rest: pushes only when slower by this
-_COAST_RAD = math.radians(20.0)  # coasts only where it points to its course within this
 
 
 class _MovingPoint(NamedTuple):
@@ -396,7 +395,7 @@ class FollowLaw:
             best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
         self._yaw = wrap_pi(last + min(most * dt_s, max(-most * dt_s, wrap_pi(best - last)))) if speed > 0.0 else best
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
-        if motion.resting or (abs(off) < _COAST_RAD and self._runs_out(speed, nav, motion)):
+        if motion.resting or (abs(off) < TURNING_RAD and self._runs_out(speed, nav, motion)):
             return WrenchSetpoint(ZERO_WRENCH, self._progress(motion, nav))
         least = _EVADING_SHARE if motion.evading else 0.0 if self._can_sway else _STEERAGE_SHARE
         surge = speed * max(least, math.cos(off)) if speed > 0.0 else speed

@@ -39,6 +39,11 @@ class Occupancy:
         """The circles: north_m, east_m, radius_m. Not to be changed."""
         return self._cells[:, :3]
 
+    @property
+    def confirmed(self) -> Floats:
+        """Those that a second scan has seen too: what one alone sees may be spray, a gull or noise."""
+        return self._cells[self._cells[:, _SEEN] > self._cells[:, _SINCE], :3]
+
     def hits(self, scan: Ranges, place: tuple[float, float], yaw_rad: float) -> Floats:
         """The circles of one scan, in the order of its sectors, shape (n, 3). `place`: of the sensor (north_m,
         east_m); `yaw_rad`: heading of the boat."""

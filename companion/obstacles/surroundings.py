@@ -136,8 +136,9 @@ class Surroundings:
         return [*self._movers.contacts(now_s), *self._radar.movers(now_s)]
 
     def lying(self, now_s: float) -> Floats:
-        """What lies: north_m, east_m, radius_m, shape (n, 3). Without the circles of what moves."""
-        seen = self._map.circles
+        """What lies: north_m, east_m, radius_m, shape (n, 3). Without the circles of what moves, and without what a
+        single scan has seen: for that the boat stops, but it lays no other way and leaves none."""
+        seen = self._map.confirmed
         for one in self._movers.contacts(now_s):
             off = np.hypot(seen[:, 0] - one.north_m, seen[:, 1] - one.east_m)
             seen = seen[off > one.radius_m + _MOVER_M]

@@ -274,3 +274,25 @@ def test_clearance_acts_only_where_the_boat_would_come_too_near() -> None:
     assert asked(leader_at(40.0), 8.0) is not None, "it stands in the way"
     assert asked(leader_at(60.0, speed_mps=-6.0), 6.0) is not None, "it comes astern"
     assert asked(leader_at(30.0, 40.0, speed_mps=6.0, course_rad=-1.5), 8.0) is not None, "it crosses"
+
+
+def test_the_least_change_of_course_that_keeps_clear_is_pushed_for_whatever_the_heading() -> None:
+    """By rounding, the boat now pushed for it and now coasted."""
+    law = FollowLaw(JET, Parameters(JET.parameters), can_reverse=False)
+    leader = leader_at(19.0)
+    law.start(AT_REST, leader, ASTERN, 0.0)
+    motion = replace(law.update(AT_REST, leader, ASTERN, 0.1), speed_mps=0.0, evading=True, resting=False)
+    for heading_deg in range(-180, 180, 7):
+        yaw = math.radians(heading_deg)
+        aside = replace(motion, course_rad=wrap_pi(yaw + math.radians(20.0)))
+        assert isinstance(law.setpoint(aside, going(replace(AT_REST, yaw_rad=yaw), 0.7), DT_S), PathSetpoint)
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 10.0])
+def test_a_boat_that_turns_by_its_jet_is_predicted_with_the_way_that_makes(heading_deg: float) -> None:
+    """It drifted near a leader at rest, and turned by 20 degrees a second time and again as if that took no thrust: to
+    2.5 m/s."""
+    yaw = math.radians(heading_deg)
+    boat = going(replace(AT_REST, north_m=-19.0, yaw_rad=yaw), 0.7)
+    found = clearance().update(yaw, 0.0, 20.0, boat, leader_at(0.0), None)
+    assert found is not None and abs(wrap_pi(found.course_rad - yaw)) != pytest.approx(math.radians(20.0))

@@ -91,3 +91,20 @@ def test_the_age_of_a_place_goes_over_to_a_finer_look() -> None:
     nearer = scan(5.0, {0: 8.0})
     around.take(nearer, (28.5, 0.0), 0.0)
     assert around.ages_s(around.hits(nearer, (28.5, 0.0), 0.0), 9.0).tolist() == [9.0]
+
+
+def test_what_a_single_scan_sees_is_not_confirmed() -> None:
+    around = Occupancy()
+    around.take(scan(0.0, {3: 10.0, 20: 10.0}), HERE, 0.0)
+    assert len(around.circles) == 2 and not len(around.confirmed)
+    around.take(scan(0.2, {3: 10.0}), HERE, 0.0)
+    [(north_m, east_m, _)] = around.confirmed.tolist()
+    assert math.hypot(north_m, east_m) == pytest.approx(10.0, abs=0.5) and len(around.circles) == 2
+
+
+def test_a_finer_look_at_what_is_confirmed_is_confirmed_at_once() -> None:
+    around = Occupancy()
+    for t_s in (0.0, 1.0):
+        around.take(scan(t_s, {0: 36.0}), HERE, 0.0)
+    around.take(scan(2.0, {0: 8.0}), (28.5, 0.0), 0.0)
+    assert len(around.confirmed) == 1

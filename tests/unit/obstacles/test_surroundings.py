@@ -36,10 +36,16 @@ class Bench:
             self.around.update(AT_REST, None, self.t_s)
         return [event.text for event in self.events.drain()]
 
-    def _hear(self, name: str, first_rad: float, count: int) -> None:
+    def see(self, distances_m: dict[int, float]) -> None:
+        """One scan all around; `distances_m` by sector of 5 degrees from the bow on."""
+        self.t_s += TICK_S
+        self._hear("radar", 0.0, 72, distances_m)
+        self.around.update(AT_REST, None, self.t_s)
+
+    def _hear(self, name: str, first_rad: float, count: int, distances_m: dict[int, float] | None = None) -> None:
         step_rad = math.radians(5.0)
-        far = (math.inf,) * count
-        self.around.take(Ranges(self.t_s, name, first_rad, step_rad, 0.2, 20.0, False, 0.0, 0.0, far), self.t_s)
+        seen = tuple((distances_m or {}).get(sector, math.inf) for sector in range(count))
+        self.around.take(Ranges(self.t_s, name, first_rad, step_rad, 0.2, 20.0, False, 0.0, 0.0, seen), self.t_s)
 
 
 def test_one_beam_of_several_on_a_port_falls_silent_alone() -> None:
@@ -92,3 +98,15 @@ def test_a_beam_that_stood_still_before_it_is_swept_is_missed_once() -> None:
         said += bench.run(0.8, deg, scans=False)
     assert said == ["No ranges from lidar at 0 deg", "Ranges from lidar are back"]
     assert bench.around.silent == ()
+
+
+def test_a_false_echo_stops_the_boat_and_lays_no_other_way() -> None:
+    bench = Bench()
+    bench.run(1.0)
+    bench.see({0: 4.0})
+    assert len(bench.around.all_circles(bench.t_s)) == 1 and not len(bench.around.lying(bench.t_s))
+    bench.see({0: 4.0})
+    assert len(bench.around.lying(bench.t_s)) == 1
+    for _ in range(3):
+        bench.see({})
+    assert not len(bench.around.all_circles(bench.t_s))
