@@ -11,6 +11,7 @@ from companion.config.yaw_limit import YawLimit
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
+from companion.control.free_drift import FreeDrift
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.known_current import KnownCurrent
 from companion.control.lqr import LqrTracking
@@ -35,6 +36,7 @@ from companion.params.store import Parameters
 
 _BASELINE = 1  # value of DP_LAW and WP_LAW
 _FEWEST_POSES = 3  # of which a change of the wrench can be told
+_STEERED = (PoseSetpoint, PathSetpoint, HeadingSetpoint)
 _TURN_RAD = math.radians(20.0)  # off the heading: the estimate takes part of a fast turn for waves
 
 
@@ -84,6 +86,7 @@ class Controller:
         self._yaw = yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
+        self._free_drift = FreeDrift(config.hull)
         self._mean_wind = MeanForce()
         self._gusts = YawDisturbance(config, parameters)
         self._slow_wind = SlowWind()
@@ -146,6 +149,8 @@ class Controller:
             self._restart_positioning()
         if not isinstance(setpoint, PathSetpoint):
             self._restart_tracking()
+        if not isinstance(setpoint, _STEERED):
+            self._free_drift.see(nav, achieved, dt_s)
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -180,6 +185,7 @@ class Controller:
         if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
+        self._take_up_drift(nav)
         nav = without_waves(nav)
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
@@ -190,6 +196,15 @@ class Controller:
         if not setpoint.bow_on:  # a boat that is driven off has no thrust to spare for the heading
             n += firmness.yaw * told_nm
         return self._limited(Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n))
+
+    def _take_up_drift(self, nav: NavState) -> None:
+        """Begin with a bias against what has pushed the boat while it lay adrift, unless a measured wind tells it."""
+        push = self._free_drift.push(nav.t_s)
+        self._free_drift.forget()
+        if push is None or nav.wind_speed_mps is not None:
+            return
+        self._bias.take(-push[0], 1.0, 0.0, nav.yaw_rad)
+        self._bias.take(-push[1], 0.0, 1.0, nav.yaw_rad)
 
     def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench under way, by the law that PATH_CTRL and WP_LAW choose."""
