@@ -145,12 +145,9 @@ class Controller:
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
         self._yaw.pushes(achieved)
-        if not isinstance(setpoint, PoseSetpoint):
-            self._restart_positioning()
-        if not isinstance(setpoint, PathSetpoint):
-            self._restart_tracking()
         if not isinstance(setpoint, _STEERED):
             self._free_drift.see(nav, achieved, dt_s)
+        self._restart_others(setpoint)
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -167,6 +164,13 @@ class Controller:
                 self._yaw.restart()
         self._demanded = None
         return ZERO_WRENCH
+
+    def _restart_others(self, setpoint: Setpoint) -> None:
+        """Forget what the laws remember that do not steer now."""
+        if not isinstance(setpoint, PoseSetpoint):
+            self._restart_positioning()
+        if not isinstance(setpoint, PathSetpoint):
+            self._restart_tracking()
 
     def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The moment that holds the heading, with the forces of the sticks."""
