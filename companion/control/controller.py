@@ -19,10 +19,11 @@ from companion.control.path_control import PathControl, turned_soon_rad
 from companion.control.planned_steps import planned_steps
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import SlowWind, force_of_air, wind_force
+from companion.control.wind_handover import WindHandover
 from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState, without_waves
+from companion.core.estimate import NavState, air_over_ground, without_waves
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -88,6 +89,7 @@ class Controller:
         self._positioning = DynamicPositioning(config, parameters)
         self._free_drift = FreeDrift(config.hull)
         self._mean_wind = MeanForce()
+        self._wind_handover = WindHandover()
         self._gusts = YawDisturbance(config, parameters)
         self._slow_wind = SlowWind()
         self._baseline = baseline
@@ -114,6 +116,7 @@ class Controller:
     def _restart_positioning(self) -> None:
         self._positioning.restart()
         self._mean_wind.restart()
+        self._wind_handover.restart()
         self._gusts.restart()
         self._by_baseline = False
 
@@ -192,8 +195,13 @@ class Controller:
         self._take_up_drift(nav)
         nav = without_waves(nav)
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
+        air = wind_force(self._config.windage, self._config.length_m, nav)
+        known = None if air_over_ground(nav) is None else air
+        wind = self._wind_handover.update(known, self._bias, nav.yaw_rad, dt_s)
+        if self._wind_handover.changed:
+            self._mean_wind.restart()
+            self._gusts.rebase()
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
-        wind = wind_force(self._config.windage, self._config.length_m, nav)
         firmness = self._positioning.firmness
         x, y, n = self._mean_wind.update(wind, firmness, dt_s)
         told_nm = self._gusts.update(nav, achieved.yaw_nm + wind[2], dt_s)

@@ -17,6 +17,7 @@ from companion.core.frames import ned_to_body
 from companion.params.store import Parameters
 
 _FASTER = 2.0  # the observer's bandwidth, times DP_BW_YAW
+_REBASE_S = 8.0  # after the wind became known or unknown, in which the moment that is left over finds its new mean
 _MOST_SHARE = 0.3  # of the yaw limit: more is a quay, or a rope
 
 
@@ -31,7 +32,12 @@ class YawDisturbance:
     def restart(self) -> None:
         """Begin with the next update."""
         self._momentum_nms: float | None = None
-        self._moment_nm = self._mean_nm = 0.0
+        self._moment_nm = self._mean_nm = self._rebase_s = 0.0
+
+    def rebase(self) -> None:
+        """The measured wind came or went, and the bias has taken its moment over: what the observer sees of that is no
+        gust."""
+        self._rebase_s = _REBASE_S
 
     def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
@@ -49,6 +55,10 @@ class YawDisturbance:
         gained_nm = known_nm - self._resisting_nm(nav) + self._moment_nm
         self._momentum_nms = before + (gained_nm + 2.0 * follows * error) * dt_s
         self._moment_nm = self._bounded(self._moment_nm + follows * follows * error * dt_s)
+        if self._rebase_s > 0.0:
+            self._rebase_s -= dt_s
+            self._mean_nm = self._moment_nm
+            return 0.0
         learns = self._parameters["DP_INTEGRAL"] * loop_radps * dt_s
         self._mean_nm += learns / (1.0 + learns) * (self._moment_nm - self._mean_nm)
         return self._moment_nm - self._mean_nm
