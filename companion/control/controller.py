@@ -198,9 +198,9 @@ class Controller:
         air = wind_force(self._config.windage, self._config.length_m, nav)
         known = None if air_over_ground(nav) is None else air
         wind = self._wind_handover.update(known, self._bias, nav.yaw_rad, dt_s)
-        if self._wind_handover.changed:
+        if (handover := self._wind_handover).changed:
             self._mean_wind.restart()
-            self._gusts.rebase()
+            self._gusts.hand_over(nav, handover.gone_nm, handover.handed_nm, handover.came)
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
         firmness = self._positioning.firmness
         x, y, n = self._mean_wind.update(wind, firmness, dt_s)

@@ -15,7 +15,11 @@ _NONE: Force = (0.0, 0.0, 0.0)
 
 class WindHandover:
     """`update` every cycle → what to feed forward against. Remembers the mean force (north, east) and moment of the
-    wind, for how long it was taken, whether the wind was known, and whether it is fed forward."""
+    wind, for how long it was taken, whether the wind was known, and whether and what is fed forward.
+
+    Of the last update: `gone_nm`, by how much less of the wind's moment is fed forward, where it `changed`;
+    `handed_nm`, how much of it the bias has taken over, negative: given back; `came`: whether the wind has become known
+    or unknown, None: neither."""
 
     def __init__(self) -> None:
         self.restart()
@@ -26,6 +30,9 @@ class WindHandover:
         self._taken_s = 0.0
         self._known: bool | None = None
         self._used = self._changed = False
+        self._fed = _NONE
+        self.handed_nm = self.gone_nm = 0.0
+        self.came: bool | None = None
 
     @property
     def changed(self) -> bool:
@@ -37,24 +44,32 @@ class WindHandover:
         not fed forward."""
         before, self._known = self._known, wind is not None
         self._changed = before is not None and before != self._known
+        self.came, self.handed_nm, fed_nm = (self._known if self._changed else None), 0.0, self._fed[2]
         if self._changed:
             self._leave(bias, yaw_rad)
-        if wind is None:
-            return _NONE
+        self._fed = _NONE if wind is None else self._feed(wind, bias, yaw_rad, dt_s, before is None)
+        self.gone_nm = fed_nm - self._fed[2] if self._changed else 0.0
+        return self._fed
+
+    def _feed(self, wind: Force, bias: BiasForce, yaw_rad: float, dt_s: float, first: bool) -> Force:
+        """What is fed forward against a known wind. `first`: it was known from the beginning."""
         self._take(wind, yaw_rad, dt_s)
-        if before is None:
-            self._used = True
-        elif not self._used and self._taken_s >= _RETURN_S:
-            x, y = ned_to_body(self._mean[0], self._mean[1], yaw_rad)
-            bias.add(x, y, self._mean[2], yaw_rad)
-            self._used = self._changed = True
+        if not self._used and not first and self._taken_s >= _RETURN_S:
+            self._hand(bias, yaw_rad, -1.0)
+            self._changed = self._used = True
+        self._used = self._used or first
         return wind if self._used else _NONE
+
+    def _hand(self, bias: BiasForce, yaw_rad: float, share: float) -> None:
+        """To the bias (1) or back (−1)."""
+        x, y = ned_to_body(self._mean[0], self._mean[1], yaw_rad)
+        self.handed_nm = share * self._mean[2]
+        bias.add(-share * x, -share * y, -self.handed_nm, yaw_rad)
 
     def _leave(self, bias: BiasForce, yaw_rad: float) -> None:
         """Take the mean anew; the bias takes over what was fed forward."""
         if self._used:
-            x, y = ned_to_body(self._mean[0], self._mean[1], yaw_rad)
-            bias.add(-x, -y, -self._mean[2], yaw_rad)
+            self._hand(bias, yaw_rad, 1.0)
         self._taken_s, self._used = 0.0, False
 
     def _take(self, wind: Force, yaw_rad: float, dt_s: float) -> None:

@@ -17,7 +17,6 @@ from companion.core.frames import ned_to_body
 from companion.params.store import Parameters
 
 _FASTER = 2.0  # the observer's bandwidth, times DP_BW_YAW
-_REBASE_S = 8.0  # after the wind became known or unknown, in which the moment that is left over finds its new mean
 _MOST_SHARE = 0.3  # of the yaw limit: more is a quay, or a rope
 
 
@@ -32,12 +31,18 @@ class YawDisturbance:
     def restart(self) -> None:
         """Begin with the next update."""
         self._momentum_nms: float | None = None
-        self._moment_nm = self._mean_nm = self._rebase_s = 0.0
+        self._moment_nm = self._mean_nm = 0.0
 
-    def rebase(self) -> None:
-        """The measured wind came or went, and the bias has taken its moment over: what the observer sees of that is no
-        gust."""
-        self._rebase_s = _REBASE_S
+    def hand_over(self, nav: NavState, gone_nm: float, lasting_nm: float, came: bool | None) -> None:
+        """Less is known of the wind by `gone_nm`, of which the integral has taken over `lasting_nm`; negative where
+        more is known. The rest is for the observer from now on. `came`: the wind is measured now, or no longer; None:
+        as before."""
+        less_nm = 0.0
+        if came is not None:
+            through, over_ground = self._resisting_nm(nav, True), self._resisting_nm(nav, False)
+            less_nm = over_ground - through if came else through - over_ground
+        self._moment_nm = self._bounded(self._moment_nm + gone_nm - less_nm)
+        self._mean_nm += lasting_nm - less_nm
 
     def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
@@ -52,13 +57,9 @@ class YawDisturbance:
             return 0.0
         loop_radps = self._parameters["DP_BW_YAW"]
         follows, error = min(_FASTER * loop_radps, 0.5 / dt_s), now - before
-        gained_nm = known_nm - self._resisting_nm(nav) + self._moment_nm
+        gained_nm = known_nm - self._resisting_nm(nav, nav.wind_speed_mps is not None) + self._moment_nm
         self._momentum_nms = before + (gained_nm + 2.0 * follows * error) * dt_s
         self._moment_nm = self._bounded(self._moment_nm + follows * follows * error * dt_s)
-        if self._rebase_s > 0.0:
-            self._rebase_s -= dt_s
-            self._mean_nm = self._moment_nm
-            return 0.0
         learns = self._parameters["DP_INTEGRAL"] * loop_radps * dt_s
         self._mean_nm += learns / (1.0 + learns) * (self._moment_nm - self._mean_nm)
         return self._moment_nm - self._mean_nm
@@ -66,11 +67,10 @@ class YawDisturbance:
     def _bounded(self, moment_nm: float) -> float:
         return min(self._most_nm, max(-self._most_nm, moment_nm))
 
-    def _resisting_nm(self, nav: NavState) -> float:
-        """What the water takes, by the model, in the current as far as it is known: where no wind is measured, the
+    def _resisting_nm(self, nav: NavState, measured: bool) -> float:
+        """What the water takes, by the model, in the current as far as it is known: where no wind is `measured`, the
         estimate has the wind's push in it."""
         u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
-        measured = nav.wind_speed_mps is not None
         if measured and nav.current_north_mps is not None and nav.current_east_mps is not None:
             x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
             u, v = u - x, v - y
