@@ -178,7 +178,9 @@ class Fixes:
         if self._is_off_the_plane(fix):
             self._move_plane(fix)
             approved = (0.0, 0.0)
-        self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m)
+        way = self._first.way(self._accuracies.noise_m(fix, judged.sigma_m))
+        self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m, way)
+        self._expect_wander(fix, self._accuracies.slow_m(fix, judged.sigma_m))  # before the inertial filter starts
         self._validity.begin(fix.t_s)
         self._altitude.take(fix, judged.lever_m)
 
