@@ -443,8 +443,9 @@ class ErrorStateFilter:
             variance += _UNSURE_SAMPLES * self.unsure_s**2 * (gn * gn + ge * ge)
         late = late and self.late
         late_s = self.late_s if late else 0.0
-        if late:
-            variance += self._p[SIZE * _L + _L] * self._acceleration_variance()
+        late_s2 = self._p[SIZE * _L + _L]
+        if late and late_s2 > 0.0:  # as `_late_m2`, of latency times acceleration
+            variance += late_s2 * self._acceleration_variance()
         h[_L], h[SIZE + _L] = (-gn, -ge) if late and math.hypot(gn, ge) > _TELLS_MPS2 else (0.0, 0.0)
         self._set_arm(h, arm)
         self._set_lag(h, lag_s)
