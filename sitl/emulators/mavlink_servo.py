@@ -37,9 +37,7 @@ _THROTTLE, _THROTTLE_LOST_US = 3, 910.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
-_OUTPUTS = tuple(
-    [(channel, f"SERVO{channel}_FUNCTION", f"SERVO{channel}_TRIM") for channel in range(1, _CHANNELS + 1)]
-)
+_OUTPUTS = tuple([(channel, f"SERVO{channel}_FUNCTION", f"SERVO{channel}_TRIM") for channel in range(1, _CHANNELS + 1)])
 _ESC_TELEMETRY = {11030: "1_to_4", 11031: "5_to_8", 11032: "9_to_12", 11040: "13_to_16"}
 """Numbers of the messages, and the channels of each."""
 _OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
