@@ -54,6 +54,10 @@ class BiasForce:
         self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
 
+    def add(self, surge_n: float, sway_n: float, yaw_nm: float, yaw_rad: float) -> None:
+        """Take over a force and moment in body axes that another part has given until now, within the limits."""
+        self.grow(surge_n, sway_n, yaw_nm, yaw_rad, 1.0)
+
     def turn(self, from_rad: float, to_rad: float) -> None:
         """The boat has turned its bow to the weather, a little: what pushed its side does not push its bow as hard.
         Kept whole, it would drive the boat past its point, against the weather. On an ellipse in place of a circle,

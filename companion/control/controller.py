@@ -12,6 +12,7 @@ from companion.control.bias import BiasForce
 from companion.control.coming_to_rest import ComingToRest
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
+from companion.control.free_drift import FreeDrift
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.known_current import KnownCurrent
 from companion.control.lqr import LqrTracking
@@ -19,10 +20,11 @@ from companion.control.path_control import PathControl, turned_soon_rad
 from companion.control.planned_steps import planned_steps
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import SlowWind, force_of_air, wind_force
+from companion.control.wind_handover import WindHandover
 from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState, without_waves
+from companion.core.estimate import NavState, air_over_ground, without_waves
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -36,6 +38,7 @@ from companion.params.store import Parameters
 
 _BASELINE = 1  # value of DP_LAW and WP_LAW
 _FEWEST_POSES = 3  # of which a change of the wrench can be told
+_STEERED = (PoseSetpoint, PathSetpoint, HeadingSetpoint)
 _TURN_RAD = math.radians(20.0)  # off the heading: the estimate takes part of a fast turn for waves
 
 
@@ -85,7 +88,9 @@ class Controller:
         self._yaw = yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
+        self._free_drift = FreeDrift(config.hull)
         self._mean_wind = MeanForce()
+        self._wind_handover = WindHandover()
         self._gusts = YawDisturbance(config, parameters)
         self._slow_wind = SlowWind()
         self._baseline = baseline
@@ -113,6 +118,7 @@ class Controller:
     def _restart_positioning(self) -> None:
         self._positioning.restart()
         self._mean_wind.restart()
+        self._wind_handover.restart()
         self._gusts.restart()
         self._by_baseline = False
 
@@ -144,10 +150,9 @@ class Controller:
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
         self._yaw.pushes(achieved)
-        if not isinstance(setpoint, PoseSetpoint):
-            self._restart_positioning()
-        if not isinstance(setpoint, PathSetpoint):
-            self._restart_tracking()
+        if not isinstance(setpoint, _STEERED):
+            self._free_drift.see(nav, achieved, dt_s)
+        self._restart_others(setpoint)
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
@@ -167,6 +172,13 @@ class Controller:
         self._demanded = None
         return ZERO_WRENCH
 
+    def _restart_others(self, setpoint: Setpoint) -> None:
+        """Forget what the laws remember that do not steer now."""
+        if not isinstance(setpoint, PoseSetpoint):
+            self._restart_positioning()
+        if not isinstance(setpoint, PathSetpoint):
+            self._restart_tracking()
+
     def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The moment that holds the heading, with the forces of the sticks."""
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
@@ -184,16 +196,31 @@ class Controller:
         if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
+        self._take_up_drift(nav)
         nav = without_waves(nav)
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
+        air = wind_force(self._config.windage, self._config.length_m, nav)
+        known = None if air_over_ground(nav) is None else air
+        wind = self._wind_handover.update(known, self._bias, nav.yaw_rad, dt_s)
+        if (handover := self._wind_handover).changed:
+            self._mean_wind.restart()
+            self._gusts.hand_over(nav, handover.gone_nm, handover.handed_nm, handover.came)
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
-        wind = wind_force(self._config.windage, self._config.length_m, nav)
         firmness = self._positioning.firmness
         x, y, n = self._mean_wind.update(wind, firmness, dt_s)
         told_nm = self._gusts.update(nav, achieved.yaw_nm + wind[2], dt_s)
         if not setpoint.bow_on:  # a boat that is driven off has no thrust to spare for the heading
             n += firmness.yaw * told_nm
         return self._limited(Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n))
+
+    def _take_up_drift(self, nav: NavState) -> None:
+        """Begin with a bias against what has pushed the boat while it lay adrift, unless a measured wind tells it."""
+        push = self._free_drift.push(nav.t_s)
+        self._free_drift.forget()
+        if push is None or nav.wind_speed_mps is not None:
+            return
+        self._bias.take(-push[0], 1.0, 0.0, nav.yaw_rad)
+        self._bias.take(-push[1], 0.0, 1.0, nav.yaw_rad)
 
     def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench under way, by the law that PATH_CTRL and WP_LAW choose."""

@@ -33,6 +33,17 @@ class YawDisturbance:
         self._momentum_nms: float | None = None
         self._moment_nm = self._mean_nm = 0.0
 
+    def hand_over(self, nav: NavState, gone_nm: float, lasting_nm: float, came: bool | None) -> None:
+        """Less is known of the wind by `gone_nm`, of which the integral has taken over `lasting_nm`; negative where
+        more is known. The rest is for the observer from now on. `came`: the wind is measured now, or no longer; None:
+        as before."""
+        less_nm = 0.0
+        if came is not None:
+            through, over_ground = self._resisting_nm(nav, True), self._resisting_nm(nav, False)
+            less_nm = over_ground - through if came else through - over_ground
+        self._moment_nm = self._bounded(self._moment_nm + gone_nm - less_nm)
+        self._mean_nm += lasting_nm - less_nm
+
     def update(self, nav: NavState, known_nm: float, dt_s: float) -> float:
         """The moment in Nm, beyond its mean over as long as the integral takes. `known_nm`: of thrusters and wind in
         the last cycle; one that is not finite begins anew."""
@@ -46,7 +57,7 @@ class YawDisturbance:
             return 0.0
         loop_radps = self._parameters["DP_BW_YAW"]
         follows, error = min(_FASTER * loop_radps, 0.5 / dt_s), now - before
-        gained_nm = known_nm - self._resisting_nm(nav) + self._moment_nm
+        gained_nm = known_nm - self._resisting_nm(nav, nav.wind_speed_mps is not None) + self._moment_nm
         self._momentum_nms = before + (gained_nm + 2.0 * follows * error) * dt_s
         self._moment_nm = self._bounded(self._moment_nm + follows * follows * error * dt_s)
         learns = self._parameters["DP_INTEGRAL"] * loop_radps * dt_s
@@ -56,11 +67,10 @@ class YawDisturbance:
     def _bounded(self, moment_nm: float) -> float:
         return min(self._most_nm, max(-self._most_nm, moment_nm))
 
-    def _resisting_nm(self, nav: NavState) -> float:
-        """What the water takes, by the model, in the current as far as it is known: where no wind is measured, the
+    def _resisting_nm(self, nav: NavState, measured: bool) -> float:
+        """What the water takes, by the model, in the current as far as it is known: where no wind is `measured`, the
         estimate has the wind's push in it."""
         u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
-        measured = nav.wind_speed_mps is not None
         if measured and nav.current_north_mps is not None and nav.current_east_mps is not None:
             x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
             u, v = u - x, v - y

@@ -52,7 +52,8 @@ class CurrentObserver:
     slower the estimate; a hull model without damping gives none. Without a wind sensor the estimate includes the push
     of the mean wind, and its accuracy allows for 2 m/s of wind. Remembers the velocity through the water, the current,
     their covariance; and `carried` and `carried_turn_radps`, the velocity over ground (NED) and the rate of turn that
-    the model alone has added up to. `run` changes when that begins anew.
+    the model alone has added up to. `run` changes when that begins anew. `pushed`: what thrust alone has added to the
+    velocity along the hull (surge, sway).
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -64,6 +65,7 @@ class CurrentObserver:
         self._last_s = self._seen_s = -math.inf
         self.carried = (0.0, 0.0)
         self.carried_turn_radps = 0.0
+        self.pushed = (0.0, 0.0)
         self.run = 0
         self._yaw_rad: float | None = None
         self._unbroken = False  # thrust known in every call since the velocity was last measured
@@ -83,6 +85,12 @@ class CurrentObserver:
             if passage is not None and measured:
                 self._begin(passage)
             return
+        hull, (surge_mps, sway_mps) = self._hull, self.pushed
+        surge_mps, sway_mps = (
+            surge_mps + dt_s * thrust.surge_n / hull.m11_kg,
+            sway_mps + dt_s * thrust.sway_n / hull.m22_kg,
+        )
+        self.pushed = surge_mps, sway_mps
         before = self._water_ned(self._yaw_rad)
         self._predict(thrust, passage, dt_s)
         self._carry(before, passage.yaw_rad)

@@ -237,14 +237,17 @@ class ErrorStateFilter:
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
         """Begin at a measured position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for
         each of the 15 first error states, without what the measurements are off by. What is known of the latency
-        stays."""
+        stays. Rates are those of the filter: set them before."""
         self.position, self.velocity = position, velocity
         self.quaternion = quaternion_of(*attitude)
         self.rotation = rotation(self.quaternion)
+        turn_radps = self.turn_radps
+        self.gaining = -turn_radps * velocity[1], turn_radps * velocity[0]  # as far as anything tells
         late_s2 = float(self.covariance[_L, _L])
         self.covariance[:] = 0.0
         self.covariance[_L, _L] = late_s2
         self._diagonal[:_MOTION] = np.square(np.asarray(sigmas, dtype=float))
+        self._measure_velocity(float(sigmas[_V]) ** 2)
         self._measure_position(float(sigmas[_P]) ** 2, ZERO)
         self._measure_heading(float(sigmas[_TH + 2]) ** 2)
 
@@ -276,12 +279,21 @@ class ErrorStateFilter:
         off[0, _TH : _TH + 3], off[1, _TH : _TH + 3] = (0.0, arm[2], -arm[1]), (-arm[2], 0.0, arm[0])
         self._restart((_P, _P + 1), off, variance)
 
+    def _measure_velocity(self, variance: float) -> None:
+        """As `_measure_position`, of the velocity."""
+        off = np.zeros((2, SIZE))
+        if self.late:
+            off[0, _L], off[1, _L] = -self.gaining[0], -self.gaining[1]
+        self._restart((_V, _V + 1), off, variance)
+
     def _measure_heading(self, variance: float) -> None:
         """As `_measure_position`, of the heading."""
         self.heading_wander = 0.0
         self._forget((_WH,), self._heading_wander.sigma**2)
         off = np.zeros((1, SIZE))
         off[0, _WH] = 1.0
+        if self.heading_late:
+            off[0, _L] = -self.turn_radps
         self._restart((_TH + 2,), off, variance)
 
     def _restart(self, states: Sequence[int], off: Array, variance: float) -> None:
@@ -411,7 +423,7 @@ class ErrorStateFilter:
         h[_L], h[SIZE + _L] = (mean_s * gn - vn, mean_s * ge - ve) if tells else (0.0, 0.0)
         self._set_arm(h, arm)
         self._set_lag(h, -0.5 * lag_s * abs(lag_s))
-        variance += _UNSURE_SAMPLES * self.unsure_s**2 * (vn * vn + ve * ve)
+        variance += _UNSURE_SAMPLES * self.unsure_s**2 * (vn * vn + ve * ve) + self._late_m2()
         y1 = north_m - (self.position[0] - lag_s * (vn - 0.5 * late_s * gn) + arm[0]) - self.wander[0]
         y2 = east_m - (self.position[1] - lag_s * (ve - 0.5 * late_s * ge) + arm[1]) - self.wander[1]
         return self._pair_innovation(y1, y2, variance)
@@ -431,12 +443,24 @@ class ErrorStateFilter:
             variance += _UNSURE_SAMPLES * self.unsure_s**2 * (gn * gn + ge * ge)
         late = late and self.late
         late_s = self.late_s if late else 0.0
+        late_s2 = self._p[SIZE * _L + _L]
+        if late and late_s2 > 0.0:  # as `_late_m2`, of latency times acceleration
+            variance += late_s2 * self._acceleration_variance()
         h[_L], h[SIZE + _L] = (-gn, -ge) if late and math.hypot(gn, ge) > _TELLS_MPS2 else (0.0, 0.0)
         self._set_arm(h, arm)
         self._set_lag(h, lag_s)
         y1 = north_mps - (self.velocity[0] - late_s * gn) - arm[0]
         y2 = east_mps - (self.velocity[1] - late_s * ge) - arm[1]
         return self._pair_innovation(y1, y2, variance)
+
+    def _late_m2(self) -> float:
+        """Variance of a late position by the product of two errors, that of the latency and that of the velocity: both
+        are large where a boat begins under way. H, which knows each of them alone, has nothing of it."""
+        if not self.late:
+            return 0.0
+        p = self._p
+        late_s2, north, east = p[SIZE * _L + _L], p[SIZE * _V + _V], p[SIZE * (_V + 1) + _V + 1]
+        return late_s2 * max(north, east) + max(p[SIZE * _L + _V] ** 2, p[SIZE * _L + _V + 1] ** 2)
 
     @staticmethod
     def _set_arm(h: Flat, arm: Vector) -> None:
@@ -582,7 +606,7 @@ class ErrorStateFilter:
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         gn, ge = self.measured_late_s * self.gaining[0], self.measured_late_s * self.gaining[1]
         self.velocity = (north_mps + gn - arm[0], east_mps + ge - arm[1], self.velocity[2])
-        self._forget((_V, _V + 1), variance)
+        self._measure_velocity(variance)
 
     def reset_heading(self, yaw_rad: float, variance: float) -> None:
         """Restart the heading at a measured one (`variance` rad², to which comes its wander); roll and pitch stay."""
@@ -643,12 +667,17 @@ class ErrorStateFilter:
     def velocity_sigmas(self) -> tuple[float, float]:
         """One sigma of the horizontal velocity, and of the acceleration that tilt and bias leave in it: of the worse
         axis."""
+        p = self._p
+        return math.sqrt(max(p[60], p[80], 0.0)), math.sqrt(self._acceleration_variance())
+
+    def _acceleration_variance(self) -> float:
+        """Of the horizontal acceleration, by tilt and bias: of the worse axis, (m/s²)²."""
         p, g, r = self._p, self.gravity_mps2, self.rotation
         worst = 0.0
         for tilt, sign, row in ((_TH + 1, -g, r[0:3]), (_TH, g, r[3:6])):  # δv̇ = −[f]× δθ − R δa_bias, f ≈ (0, 0, −g)
             h = ((tilt, sign), *((_AB + i, -row[i]) for i in range(3)))
             worst = max(worst, sum(a * b * p[SIZE * i + j] for i, a in h for j, b in h))
-        return math.sqrt(max(p[60], p[80], 0.0)), math.sqrt(worst)
+        return worst
 
     def bias_sigmas(self) -> tuple[float, float]:
         """One sigma of the accelerometer's bias (m/s²) on the worse of the level axes, and of the gyro's (rad/s) about

@@ -184,12 +184,22 @@ class Estimator:
         if self._fixes.blend:
             used |= {(sense, name) for name in self._fixes.kinds for sense in (Sense.POSITION, Sense.VELOCITY)}
         taken = [finding for finding in findings if finding.channel in used and not finding.jump]
+        if any(finding.loses for finding in taken):
+            self._lose_heading(inertial)
+            return
         if taken:
             self._fixes.forget_offsets()
         if taken and inertial.feels:
             inertial.go_back(min(finding.since_s for finding in taken))
         if any(finding.widens for finding in taken):
             inertial.add_heading_variance(_LIE_SIGMA_RAD**2)
+
+    def _lose_heading(self, inertial: InertialSolution) -> None:
+        """The heading has been wrong from the start; tilt and biases, which have hidden that, too."""
+        self._solutions.leave_inertial(inertial.t_s, _LIE_SIGMA)
+        inertial.forget_biases()
+        self._solutions.pose.add_heading_variance(math.pi**2)
+        self._fixes.forget_offsets()
 
     def _take(self, reading: Reading) -> None:
         kind = type(reading)

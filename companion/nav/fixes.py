@@ -30,6 +30,7 @@ _PLANE_M = 50_000.0  # further from its origin, the plane is no map
 _LIE_M = 1.5  # off by more after an inertial sensor has lied, the position begins anew
 _THESIS_RULE = 1
 _LATE_LASTS_S = 3.0  # for so long a line may catch up with what a hub or a radio has held back
+_LATE_GAP_S = 10.0  # without a fix: what was late before says nothing of the next one
 _LATE_TOLD_S = 60.0  # from one text about a receiver that is too late to the next
 
 
@@ -85,7 +86,7 @@ class Fixes:
         self._noises: dict[tuple[str, FixType], PositionNoise] = {}  # of each receiver and kind of fix
         self._altitude = Altitude(config.home.altitude_m)
         self._announced: str | None = None
-        self._late_since_s: dict[str, float] = {}  # of receivers that are too late
+        self._late_s: dict[str, tuple[float, float]] = {}  # of receivers that are too late: since when, and when last
         self._late_told_s = -math.inf
 
     @property
@@ -134,9 +135,13 @@ class Fixes:
         """Whether the filter has gone on too far from where a fix is of; tells people where that lasts."""
         solution, source = self._solutions.used, fix.source
         if not isinstance(solution, InertialSolution) or not self._solutions.is_too_late(fix.t_s):
-            self._late_since_s.pop(source, None)
+            self._late_s.pop(source, None)
             return False
-        lasted_s = solution.t_s - self._late_since_s.setdefault(source, solution.t_s)
+        since_s, last_s = self._late_s.get(source, (-math.inf, -math.inf))
+        if solution.t_s - last_s > _LATE_GAP_S:  # it was silent: its line is held up once more
+            since_s = solution.t_s
+        self._late_s[source] = since_s, solution.t_s
+        lasted_s = solution.t_s - since_s
         if lasted_s >= _LATE_LASTS_S and solution.t_s - self._late_told_s >= _LATE_TOLD_S:
             self._late_told_s = solution.t_s
             text = f"{source} comes {solution.t_s - fix.t_s:.1f} s late: not used"
@@ -178,7 +183,9 @@ class Fixes:
         if self._is_off_the_plane(fix):
             self._move_plane(fix)
             approved = (0.0, 0.0)
-        self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m)
+        way = self._first.way(self._accuracies.noise_m(fix, judged.sigma_m))
+        self._solutions.pose.begin(fix.t_s, *approved, judged.lever_m, judged.sigma_m, way)
+        self._expect_wander(fix, self._accuracies.slow_m(fix, judged.sigma_m))  # before the inertial filter starts
         self._validity.begin(fix.t_s)
         self._altitude.take(fix, judged.lever_m)
 

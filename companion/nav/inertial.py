@@ -94,6 +94,7 @@ class InertialSolution:
         sigmas += [tilt_sigma_rad, tilt_sigma_rad, max(motion.yaw_sigma_rad, 0.01)]
         sigmas += [noise.accelerometer_switch_on_mps2] * 3 + [noise.gyro_switch_on_radps] * 3
         attitude = (tilt[0], tilt[1], motion.attitude[2])
+        self.filter.rates = self.rates
         self.filter.start((0.0, 0.0, 0.0), motion.velocity, attitude, sigmas)
         arm = rotate(self.filter.rotation, self._imu_lever_m)
         self.filter.position = (motion.position[0] + arm[0], motion.position[1] + arm[1], 0.0)

@@ -11,7 +11,7 @@ import math
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.nav.lever_arms import Vector
-from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
+from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, FirstWay, InnovationGate, Verdict
 from companion.nav.solution import Motion, Offset, Place
 
 _UNKNOWN_M = 1000.0  # one sigma, before there is a position
@@ -28,6 +28,7 @@ _YAW_ACCELERATION_RADPS2 = 0.1
 _ROUGH = 3.0  # sigmas of a heading, beyond which the one before it counts for nothing
 _BEHIND_MOST_RAD = 0.12  # a course of 15° stays usable until the next one, a second later
 _RATES_FADE_S = 5.0  # time constant with which the rates decay without measurements
+_AT_REST = FirstWay(0.0, 0.0, 0.5)
 
 
 class PoseSolution:
@@ -39,7 +40,8 @@ class PoseSolution:
     def __init__(self) -> None:
         self._t_s = self._position_t_s = self._yaw_t_s = self._velocity_t_s = -math.inf
         self._north = self._east = self._vn = self._ve = self._yaw = self._rate = 0.0
-        self._sigma_m, self._sigma_mps, self._sigma_rad = 0.0, 0.5, math.pi
+        self._sigma_m, self._sigma_mps, self._sigma_rad = 0.0, _AT_REST.sigma_mps, math.pi
+        self._begun_s, self._first_mps = -math.inf, 0.0  # of a velocity that only the first positions have told
         # one sigma of heading and rate, by a rate of turn that was not known when the heading began
         self._behind_rad = self._behind_radps = 0.0
         self._position_gate = InnovationGate(POSITION_GATE)
@@ -62,12 +64,16 @@ class PoseSolution:
         self._velocity_t_s = -math.inf
         (self._north, self._east, _), (self._vn, self._ve, _) = motion.position, motion.velocity
         self._yaw, self._rate = motion.attitude[2], motion.rates[2]
-        self._sigma_m, self._sigma_mps = motion.position_sigma_m, motion.velocity_sigma_mps
+        self._sigma_m, self._sigma_mps, self._first_mps = motion.position_sigma_m, motion.velocity_sigma_mps, 0.0
         self._sigma_rad, self._behind_rad, self._behind_radps = motion.yaw_sigma_rad, 0.0, 0.0
 
-    def begin(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> None:
-        """Start at the first position."""
-        self._t_s = self._position_t_s = t_s
+    def begin(
+        self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, way: FirstWay = _AT_REST
+    ) -> None:
+        """Start at the first position, with the velocity that it was reached by."""
+        self._t_s = self._position_t_s = self._begun_s = t_s
+        self._vn, self._ve, self._sigma_mps = way
+        self._first_mps = way.sigma_mps
         self._set_position(north_m, east_m, lever_m, sigma_m)
 
     def position(
@@ -113,7 +119,13 @@ class PoseSolution:
             rate_gain = (1.0 - theta) ** 2 / dt
             self._vn += rate_gain * dn
             self._ve += rate_gain * de
-            self._sigma_mps = max(sigma_m / time_s, 0.02)
+            self._sigma_mps = math.hypot(max(sigma_m / time_s, 0.02), self._left_mps(t_s, max(time_s, dt)))
+
+    def _left_mps(self, t_s: float, time_s: float) -> float:
+        """One sigma of what is left in the velocity of what it began with: the filter forgets that with its two equal
+        time constants."""
+        passed = (t_s - self._begun_s) / time_s
+        return self._first_mps * (1.0 + passed) * math.exp(-passed) if self._first_mps > 0.0 else 0.0
 
     def velocity(
         self,
@@ -129,6 +141,7 @@ class PoseSolution:
         dn, de = north_mps - arm_n - self._vn, east_mps - arm_e - self._ve
         gap_s = min(max(t_s - self._velocity_t_s, 0.0), 10.0)
         turning_mps2 = self._turning_mps2
+        sigma_mps = math.hypot(sigma_mps, math.hypot(lever_m[0], lever_m[1]) * self._behind_radps)
         sigma = math.hypot(sigma_mps, self._sigma_mps + (_ACCELERATION_MPS2 + turning_mps2) * gap_s)
         verdict = rule or self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
         if verdict is not Verdict.REJECT:
@@ -138,7 +151,7 @@ class PoseSolution:
             self._vn += share * dn
             self._ve += share * de
             self._sigma_mps = math.hypot(sigma_mps, 0.5 * turning_mps2 * time_s)
-            self._velocity_t_s = t_s
+            self._velocity_t_s, self._first_mps = t_s, 0.0
         return verdict
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:

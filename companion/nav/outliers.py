@@ -12,11 +12,13 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 from statistics import median
+from typing import NamedTuple
 
 FIRST_SAMPLES = 20
 REJECTIONS_IN_A_ROW = 20
 _ON_A_LINE = 4  # rejected ones, and one more, that tell how a prediction goes astray
 _GONE = 2.0  # times as far off as the first of these
+_UNKNOWN_MPS, _LEAST_MPS, _TURN_RADPS = 5.0, 0.5, 0.2  # of a boat just found: its speed, by waves, its rate of turn
 
 
 class Verdict(Enum):
@@ -145,12 +147,20 @@ class InnovationGate:
         return math.hypot(first, second) <= max(self._config.agreement, 4.0 * sigma)
 
 
+class FirstWay(NamedTuple):
+    """Velocity of a boat that has just been found, and one sigma on each axis."""
+
+    north_mps: float
+    east_mps: float
+    sigma_mps: float
+
+
 class FirstPosition:
     """The first positions of a run → the boat's position, once they agree.
 
     As in the thesis, outliers are found by the median of 20 positions; from a slow receiver, by that of the positions
-    of 2 s (at least 3). The result is the newest position near the median, since the boat may be moving. Remembers the
-    last positions.
+    of 2 s (at least 3). The result is the newest position near the median, since the boat may be moving; `way` says how
+    fast. Remembers the last positions.
     """
 
     _PATIENCE_S = 2.0
@@ -173,6 +183,20 @@ class FirstPosition:
         if distances[-1] <= reach_m:
             return north_m, east_m
         return None
+
+    def way(self, noise_m: float) -> FirstWay:
+        """The velocity that the last positions tell: the median of those between two of them that lie far apart in
+        time (Theil 1950; Sen 1968), so that some outliers do not count. `noise_m`: one sigma of a position."""
+        points = list(self._points)
+        span_s = points[-1][2] - points[0][2] if points else 0.0
+        if span_s <= 0.0:
+            return FirstWay(0.0, 0.0, _UNKNOWN_MPS)
+        pairs = [(a, b) for i, a in enumerate(points) for b in points[i + 1 :] if b[2] - a[2] >= 0.5 * span_s]
+        ways = [((b[0] - a[0]) / (b[2] - a[2]), (b[1] - a[1]) / (b[2] - a[2])) for a, b in pairs]
+        north_mps, east_mps = median_point(ways)
+        turned_mps = 0.5 * span_s * _TURN_RADPS * math.hypot(north_mps, east_mps)  # it is that of half the time ago
+        by_noise_mps = math.sqrt(2.0) * noise_m / span_s
+        return FirstWay(north_mps, east_mps, math.hypot(_LEAST_MPS, by_noise_mps, turned_mps))
 
 
 def median_point(points: list[tuple[float, float]] | deque[tuple[float, float]]) -> tuple[float, float]:

@@ -175,7 +175,8 @@ class Witness:
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and evidence.driven:
-            evidence.model = ModelStep(current.run, current.carried[0], current.carried[1], current.carried_turn_radps)
+            turn_radps = current.carried_turn_radps
+            evidence.model = ModelStep(current.run, *current.carried, turn_radps, *current.pushed)
         evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
         evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]
         return list(self.monitor.update(evidence, now_s))

@@ -37,6 +37,7 @@ _THROTTLE, _THROTTLE_LOST_US = 3, 910.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
+_OUTPUTS = tuple([(channel, f"SERVO{channel}_FUNCTION", f"SERVO{channel}_TRIM") for channel in range(1, _CHANNELS + 1)])
 _ESC_TELEMETRY = {11030: "1_to_4", 11031: "5_to_8", 11032: "9_to_12", 11040: "13_to_16"}
 """Numbers of the messages, and the channels of each."""
 _OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
@@ -203,12 +204,12 @@ class MavlinkServoEmulator:
         received, longest_s = self._received_us, self.parameters["RC_OVERRIDE_TIME"]
         if received is not None:
             self._frame, self._radio_s = received, self._t_s
-        for channel in range(1, _CHANNELS + 1):
-            held = self._overrides.get(channel)
-            if held is not None and (longest_s < 0.0 or self._t_s - held[1] < longest_s - 1e-9):
-                self._radio_us[channel] = held[0]
-            elif self._frame is not None:
+        if self._frame is not None:
+            for channel in range(1, _CHANNELS + 1):
                 self._radio_us[channel] = float(self._frame[channel - 1]) if channel <= len(self._frame) else 0.0
+        for channel, (pulse_us, taken_s) in self._overrides.items():
+            if longest_s < 0.0 or self._t_s - taken_s < longest_s - 1e-9:
+                self._radio_us[channel] = pulse_us
 
     @property
     def _radio_failed(self) -> bool:
@@ -221,17 +222,18 @@ class MavlinkServoEmulator:
 
     def _put_out(self) -> None:
         self._listen_to_radio()
-        failed = self._radio_failed
-        for channel in range(1, _CHANNELS + 1):
-            if self.parameters[f"SERVO{channel}_FUNCTION"] != _SCALED + channel:
+        failed, parameters, pulses_us, radio_us = self._radio_failed, self.parameters, self.pulses_us, self._radio_us
+        for channel, function, trim in _OUTPUTS:
+            if parameters[function] != _SCALED + channel:
                 continue
             if not failed:
-                self.pulses_us[channel] = min(_HIGHEST_US, max(_LOWEST_US, self._radio_us[channel]))
-            elif int(self.parameters["SERVO_RC_FS_MSK"]) >> channel - 1 & 1:
-                self.pulses_us[channel] = self.parameters[f"SERVO{channel}_TRIM"]
+                pulse_us = radio_us[channel]
+                pulses_us[channel] = min(_HIGHEST_US, pulse_us) if pulse_us > _LOWEST_US else _LOWEST_US
+            elif int(parameters["SERVO_RC_FS_MSK"]) >> channel - 1 & 1:
+                pulses_us[channel] = parameters[trim]
         dead = self.safety_on or "mcu_silent" in self._faults.active
         for i, (thruster, drive) in enumerate(zip(self._thrusters, self._drives, strict=True)):
-            pulse_us, turned_us = self.pulses_us[self._throttle_channels[i]], self.pulses_us[self._azimuth_channels[i]]
+            pulse_us, turned_us = pulses_us[self._throttle_channels[i]], pulses_us[self._azimuth_channels[i]]
             azimuth_rad = drive.servo_azimuth_rad(turned_us) if turned_us and not dead and thruster.steerable else None
             thruster.demand(0.0 if dead or not pulse_us else drive.throttle(pulse_us), azimuth_rad)
 

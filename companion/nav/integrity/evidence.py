@@ -54,7 +54,7 @@ class LieFound(NamedTuple):
 
     `asks`: it may be right after all; the operator may accept it. `jump`: it was kept out from its first moment on.
     `used`: it is used in spite of it, as well as it can be. `lasting`: only disarming clears it. `widens`: the estimate
-    has followed it, nobody knows how far.
+    has followed it, nobody knows how far. `loses`: it has done so from the start, and all of it is void.
     """
 
     channel: Channel
@@ -65,6 +65,7 @@ class LieFound(NamedTuple):
     used: bool = False
     lasting: bool = False
     widens: bool = False
+    loses: bool = False
 
 
 class InertialWay(NamedTuple):
@@ -136,12 +137,14 @@ class HeadingSeen(NamedTuple):
 
 class ModelStep(NamedTuple):
     """Velocity over ground and rate of turn that the model of hull, thrust and wind has added up to. `run` changes when
-    that begins anew."""
+    that begins anew. `pushed_*`: velocity along the hull, by thrust alone."""
 
     run: int
     north_mps: float
     east_mps: float
     turn_radps: float
+    pushed_ahead_mps: float = 0.0
+    pushed_starboard_mps: float = 0.0
 
 
 class LaneStep(NamedTuple):

@@ -11,48 +11,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from companion.core.readings import Imu
 from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen, sense_of_axis
+from companion.nav.integrity.felt import AXES, Felt, Parts
+from companion.nav.integrity.heading_turned import HeadingTurned
 from companion.nav.integrity.statistics import FALSE_ALARM, NoiseSize
 
-_AXES = ("x", "y", "roll", "pitch")
-_GRAVITY_MPS2 = 9.81
 _WINDOW_S = 0.45
 _LONGEST_S = 1.5
-_LEVEL_TIME_S = 5.0  # of the high-pass on force and tilt
 _LEAST_SIGMA_MPS = 0.03  # of a difference over a window, on one axis
 _KNOWN_WINDOWS = 30  # after which the noise that was measured counts, before the accuracy of the vessel's file
 _MEAN_LENGTH = math.sqrt(0.5 * math.pi)  # of a vector, in sigmas of one axis
 _MOST_OF_A_WINDOW = 0.2  # of the threshold; the less likely axes count as much less
+_AS_WELL = 0.9
 _THRESHOLD = -2.0 * math.log(FALSE_ALARM)  # log-likelihoods of windows are not quite independent
 
 
-@dataclass(slots=True)
-class _Parts:
-    """Of each axis: what it would add to the velocity along the boat's axes, in the present window."""
+class _Sensor(NamedTuple):
+    """What it feels, and the sums of each hypothesis."""
 
-    forward: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
-    starboard: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
-
-
-@dataclass(slots=True)
-class _Sensor:
-    """Means of force, tilt by the gyro, and the sums of each hypothesis."""
-
-    t_s: float
-    force: tuple[float, float]
-    tilt: tuple[float, float] = (0.0, 0.0)
-    parts: _Parts = field(default_factory=_Parts)
-    sums: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
-    began_s: float = 0.0
+    felt: Felt
+    sums: list[float]
 
 
 class ImuReversed(Hypothesis):
     """Remembers the sums of the sensor in use, the last velocity of a receiver, and its noise."""
 
-    def __init__(self) -> None:
+    def __init__(self, heading: HeadingTurned | None = None) -> None:
+        """`heading`: what may explain the same, and has seen the tick before."""
+        self._heading = heading
         self._sensor: _Sensor | None = None
         self._source = ""
         self._before: VelocitySeen | None = None
@@ -93,28 +82,10 @@ class ImuReversed(Hypothesis):
         return () if self._found is None else (self._found,)
 
     def _sample(self, imu: Imu) -> None:
-        sensor = self._sensor
-        if sensor is None:
-            self._sensor = _Sensor(imu.t_s, (imu.x_mps2, imu.y_mps2), began_s=imu.t_s)
-            return
-        dt_s = imu.t_s - sensor.t_s
-        if not 0.0 < dt_s <= 0.1:
+        if self._sensor is None:
+            self._sensor = _Sensor(Felt(imu), [0.0] * len(AXES))
+        elif not self._sensor.felt.sample(imu):
             self._sensor = None
-            return
-        sensor.t_s = imu.t_s
-        share = dt_s / _LEVEL_TIME_S
-        fx, fy = sensor.force
-        fx, fy = fx + share * (imu.x_mps2 - fx), fy + share * (imu.y_mps2 - fy)
-        sensor.force = fx, fy
-        roll, pitch = sensor.tilt
-        roll += dt_s * imu.roll_rate_radps - share * roll
-        pitch += dt_s * imu.pitch_rate_radps - share * pitch
-        sensor.tilt = roll, pitch
-        forward, starboard = sensor.parts.forward, sensor.parts.starboard
-        forward[0] += dt_s * (imu.x_mps2 - fx)
-        starboard[1] += dt_s * (imu.y_mps2 - fy)
-        starboard[2] += dt_s * _GRAVITY_MPS2 * roll
-        forward[3] -= dt_s * _GRAVITY_MPS2 * pitch
 
     def _compare(self, seen: VelocitySeen, yaw_rad: float) -> None:
         before, sensor = self._before, self._sensor
@@ -125,7 +96,7 @@ class ImuReversed(Hypothesis):
         if before is not None and seen.t_s - before.t_s < _WINDOW_S:
             return
         self._before = seen
-        parts, sensor.parts = sensor.parts, _Parts()
+        parts, sensor.felt.parts = sensor.felt.parts, Parts()
         known = before is not None and before.inertial_north_mps is not None and seen.t_s - before.t_s <= _LONGEST_S
         if not known:
             return
@@ -143,7 +114,7 @@ class ImuReversed(Hypothesis):
             return max(_LEAST_SIGMA_MPS, math.sqrt(2.0) * seen.sigma_mps)
         return max(_LEAST_SIGMA_MPS, self._noise.size / _MEAN_LENGTH)
 
-    def _weigh(self, sensor: _Sensor, parts: _Parts, rest: tuple[float, float], seen: VelocitySeen) -> None:
+    def _weigh(self, sensor: _Sensor, parts: Parts, rest: tuple[float, float], seen: VelocitySeen) -> None:
         """Add the log-likelihood of each hypothesis. `rest`: the receiver's gain less the accelerometers'."""
         sigma = self._sigma(seen)
         as_is = rest[0] * rest[0] + rest[1] * rest[1]
@@ -154,14 +125,18 @@ class ImuReversed(Hypothesis):
         share = min(1.0, _MOST_OF_A_WINDOW * _THRESHOLD / max(*gains, 1e-9))
         for i, gain in enumerate(gains):
             sensor.sums[i] = max(0.0, sensor.sums[i] + (share * gain if gain > 0.0 else gain))
-        worst = max(range(len(_AXES)), key=lambda i: sensor.sums[i])
+        worst = max(range(len(AXES)), key=lambda i: sensor.sums[i])
         self.doubt = max(self.doubt, sensor.sums[worst] / _THRESHOLD)
         if self.doubt < 0.2:
             self._noise.update(math.sqrt(as_is))
             self._windows += 1
-        if self.doubt >= 1.0:
-            channel = Channel(sense_of_axis(_AXES[worst]), self._source)
-            self._found = LieFound(channel, f"{_AXES[worst]} axis reversed", seen.t_s - _LONGEST_S, lasting=True)
+        if self.doubt >= 1.0 and not self._is_the_heading(self.doubt):
+            channel = Channel(sense_of_axis(AXES[worst]), self._source)
+            self._found = LieFound(channel, f"{AXES[worst]} axis reversed", seen.t_s - _LONGEST_S, lasting=True)
+
+    def _is_the_heading(self, doubt: float) -> bool:
+        """Whether a turned heading explains it about as well, and thrust does not speak for that of the sensor."""
+        return self._heading is not None and self._heading.explains >= _AS_WELL * min(doubt, 1.0)
 
 
 def _knows_attitude(evidence: Evidence) -> bool:

@@ -129,7 +129,7 @@ class IntegrityMonitor:
         if self._parameters["NAV_INTEG"] == _OFF:
             evidence.driven = evidence.maybe_late = False
         if self._driven and not evidence.driven:
-            self._forget()
+            self._forget(evidence.maybe_late)
         self._driven = evidence.driven
         evidence.distrusted = frozenset(c for c, doubted in self._doubted.items() if not doubted.finding.used)
         velocities = {Channel(Sense.VELOCITY, seen.source) for seen in evidence.velocities}
@@ -227,12 +227,15 @@ class IntegrityMonitor:
         self.hypotheses = Hypotheses()
         self._forget()
 
-    def _forget(self) -> None:
-        self._doubted.clear()
+    def _forget(self, late: bool = False) -> None:
+        """Begin anew. `late`: since what seems to lie may be late, which turns no heading round."""
+        kept = {channel: doubted for channel, doubted in self._doubted.items() if late and doubted.finding.loses}
+        self._doubted = kept
         self._take_next.clear()
         for hypothesis in self.hypotheses.all:
-            hypothesis.clear()
-        self.untrusted = frozenset()
+            if not (kept and hypothesis is self.hypotheses.heading_turned):
+                hypothesis.clear()
+        self.untrusted = self._unusable()
 
     # --- the operator's answer -------------------------------------------------------------------------------------
 

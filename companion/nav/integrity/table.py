@@ -7,6 +7,7 @@ from companion.nav.integrity.evidence import Hypothesis
 from companion.nav.integrity.heading_course import HeadingCourse
 from companion.nav.integrity.heading_drift import HeadingDrift
 from companion.nav.integrity.heading_jump import HeadingJump
+from companion.nav.integrity.heading_turned import HeadingTurned
 from companion.nav.integrity.imu_apart import ImuApart
 from companion.nav.integrity.imu_gravity import ImuGravity
 from companion.nav.integrity.imu_reversed import ImuReversed
@@ -29,12 +30,14 @@ class Hypotheses:
         self.heading_jump = HeadingJump()
         self.accuracy_lie = AccuracyLie()
         self.receivers_apart = ReceiversApart()
+        self.heading_turned = HeadingTurned()
         self.all: tuple[Hypothesis, ...] = (
             Repeated(),
             ImuStuck(),
             ImuGravity(),
             ImuApart(),
-            ImuReversed(),
+            self.heading_turned,
+            ImuReversed(self.heading_turned),
             self.position_jump,
             self.velocity_jump,
             self.heading_jump,

@@ -288,7 +288,8 @@ def test_pair_update_is_the_textbook_update() -> None:
     prior, h = made.covariance.copy(), None
     innovation = made.position_innovation(3.3, -4.5, LEVER, 0.04)
     h = made._pair.h.copy()
-    s = h @ prior @ h.T + 0.04 * np.eye(2)
+    late_m2 = prior[18, 18] * max(prior[3, 3], prior[4, 4]) + max(prior[18, 3] ** 2, prior[18, 4] ** 2)
+    s = h @ prior @ h.T + (0.04 + late_m2) * np.eye(2)  # latency times velocity, of which H knows each alone
     y = np.array([innovation.y1, innovation.y2])
     assert innovation.normalised_square == pytest.approx(float(y @ np.linalg.solve(s, y)))
     correction = prior @ h.T @ np.linalg.solve(s, y)

@@ -223,3 +223,16 @@ def test_where_velocities_hold_the_estimate_positions_that_leave_it_on_a_line_ar
             made.velocity(t_s, 0.0, 0.0, ZERO, 0.02)
         if k % 100 == 0:
             assert made.position(t_s, 3.0 * k / 100, 0.0, ZERO, 0.02) is Verdict.REJECT
+
+
+def test_a_velocity_between_two_samples_of_a_slow_sensor_is_of_its_time() -> None:
+    """It counted as of the last sample: a boat that gathers way by 1 m/s² was 0.05 m/s faster by then."""
+    made = at_rest(0.0)
+    for k in range(1, 31):
+        t_s = k / 10
+        made.sample(Imu(t_s, "imu", 1.0, 0.0, -G, 0.0, 0.0, 0.0))
+        made.velocity(t_s, t_s, 0.0, ZERO, 0.01)
+    before_mps = made.filter.velocity[0]
+    made.velocity(t_s + 0.05, t_s + 0.05, 0.0, ZERO, 0.01)
+    assert made.judged["velocity"].square < 1.0
+    assert made.filter.velocity[0] == pytest.approx(before_mps, abs=0.005)

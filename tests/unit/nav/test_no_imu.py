@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.nav.no_imu import PoseSolution
-from companion.nav.outliers import Verdict
+from companion.nav.outliers import FirstWay, Verdict
 
 LEVER = (-0.81, 0.0, -0.2)
 
@@ -78,6 +78,31 @@ def test_rates_decay_without_measurements() -> None:
     assert carried == pytest.approx(5.0, rel=0.1)
     assert math.hypot(*later.velocity) < 1e-3
     assert later.position_sigma_m > 50.0
+
+
+def test_the_velocity_that_it_began_with_is_forgotten_with_its_doubt() -> None:
+    """The first fix after the begin says three quarters of the velocity: the sigma was that of a velocity known since
+    long."""
+    solution, antenna = PoseSolution(), (0.0, 0.0, 0.0)
+    solution.begin(0.0, 0.0, 0.0, antenna, 0.02, FirstWay(0.0, 0.0, 3.0))
+    assert solution.motion(0.0).velocity_sigma_mps == pytest.approx(3.0)
+    for t_s in (1.0, 2.0, 3.0, 4.0):
+        solution.position(t_s, 3.0 * t_s, 0.0, antenna, 0.02)
+        motion = solution.motion(t_s)
+        assert abs(motion.velocity[0] - 3.0) < 2.0 * motion.velocity_sigma_mps
+    assert motion.velocity_sigma_mps < 0.5
+
+
+def test_the_swing_of_an_antenna_whose_turn_is_not_known_yet_counts() -> None:
+    solution = PoseSolution()
+    solution.begin(0.0, 0.0, 0.0, LEVER, 0.02)
+    solution.heading(0.0, 0.0, 0.01)
+    solution.velocity(0.0, 1.0, 0.0, LEVER, 0.03)
+    assert solution.motion(0.0).velocity_sigma_mps > 0.3
+    other = PoseSolution()
+    circling(other, 10.0)
+    other.velocity(10.0, 1.0, 0.0, LEVER, 0.03)
+    assert other.motion(10.0).velocity_sigma_mps < 0.1
 
 
 def test_a_fast_boat_in_a_hard_turn_is_followed() -> None:

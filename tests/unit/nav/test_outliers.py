@@ -104,3 +104,20 @@ def test_first_position_of_a_slow_receiver() -> None:
     first = FirstPosition()
     found = [first.update(0.0, 0.0, 1.5, float(k)) for k in range(3)]
     assert found == [None, None, (0.0, 0.0)]
+
+
+def test_the_first_positions_tell_how_fast_the_boat_is() -> None:
+    first = FirstPosition()
+    for k in range(20):
+        first.update(3.0 * 0.05 * k + (4000.0 if k == 7 else 0.0), -0.05 * k, 0.02, 0.05 * k)
+    way = first.way(0.02)
+    assert (way.north_mps, way.east_mps) == pytest.approx((3.0, -1.0), abs=1e-6)  # whatever one outlier says
+    assert 0.5 < way.sigma_mps < 1.0
+    assert first.way(1.0).sigma_mps > 1.5  # the noise of positions is that of the velocity between two
+
+
+def test_before_any_two_positions_nobody_knows_how_fast_the_boat_is() -> None:
+    first = FirstPosition()
+    assert first.way(0.02).sigma_mps >= 5.0
+    first.update(1.0, 2.0, 0.02, 3.0)
+    assert first.way(0.02)[:2] == (0.0, 0.0) and first.way(0.02).sigma_mps >= 5.0

@@ -154,3 +154,16 @@ def test_another_receiver_takes_over_all_that_one_gives_that_is_too_late() -> No
     assert passage.states[-1].heading_age_s < 0.5
     assert passage.errors(20.0)[0].max() < 0.1
     assert rms(passage.errors(20.0)[2]) < 0.03
+
+
+def test_a_receiver_that_fell_silent_late_is_not_told_to_be_late_ever_since() -> None:
+    """Its line held up the last fixes before a silence, and the first ones after it: the time between counted."""
+
+    def arrives_s(t_s: float) -> float:
+        if 20.0 <= t_s < 20.3 or 40.0 <= t_s < 40.3:
+            return t_s + 1.6
+        return math.inf if 20.3 <= t_s < 45.0 else t_s
+
+    voyage = Voyage(duration_s=50.0, radius_m=15.0, seed=725720)
+    _, texts = beside_a_spare(voyage, arrives_s)
+    assert not [text for text in texts if "late" in text]

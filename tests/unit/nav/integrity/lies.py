@@ -12,6 +12,7 @@ from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sens
 from companion.nav.integrity.heading_course import HeadingCourse
 from companion.nav.integrity.heading_drift import HeadingDrift
 from companion.nav.integrity.heading_jump import HeadingJump
+from companion.nav.integrity.heading_turned import HeadingTurned
 from companion.nav.integrity.imu_apart import ImuApart
 from companion.nav.integrity.imu_gravity import ImuGravity
 from companion.nav.integrity.imu_reversed import ImuReversed
@@ -89,6 +90,20 @@ def noisy() -> Spoil:
     return spoil
 
 
+def pushed(evidence: Evidence, age_s: float) -> None:
+    """Half of what rocks the boat along its hull is its own thrust."""
+    assert evidence.model is not None
+    ahead_mps = (
+        0.5 * math.cos(evidence.yaw_rad) * evidence.north_mps + 0.5 * math.sin(evidence.yaw_rad) * evidence.east_mps
+    )
+    evidence.model = evidence.model._replace(pushed_ahead_mps=ahead_mps)
+
+
+def swapped(evidence: Evidence, age_s: float) -> None:
+    """The antennas are swapped: the estimate points the other way, as the heading does."""
+    evidence.yaw_rad += math.pi
+
+
 def ahead_of_time(evidence: Evidence, age_s: float) -> None:
     evidence.times = [replace(time, time_unix_ns=time.time_unix_ns + 60 * 10**9) for time in evidence.times]
 
@@ -116,6 +131,7 @@ ROWS = (
     Row(ImuStuck, stuck_yaw, GYRO, "yaw axis stuck", 1.0),
     Row(ImuGravity, heavy, ACCELEROMETER, "force is not gravity", 3.0),
     Row(ImuApart, turning, GYRO, "is not as the others", 2.0, always=two_more),
+    Row(HeadingTurned, swapped, HEADING, "is off by 180 deg", 30.0, always=pushed),
     Row(ImuReversed, reversed_x, ACCELEROMETER, "x axis reversed", 15.0),
     Row(PositionJump, lambda evidence, _: moved(evidence, 5.0), POSITION, "jumped 5.0 m", 0.6),
     Row(VelocityJump, lambda evidence, _: sped(evidence, 0.5), VELOCITY, "jumped 0.5 m/s", 0.6),
