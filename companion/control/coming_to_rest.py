@@ -1,5 +1,5 @@
-"""What remains of the bias when a boat comes to rest: it learnt under way what the hull's drag is more than the model's,
-too, and that ends with the way. Kept whole, it would drive the boat on past its point."""
+"""What remains of the bias when a boat comes to rest. Under way it learnt the model's error of the hull's drag, too,
+which ends with the way: kept whole, it would drive the boat on past its point."""
 
 from __future__ import annotations
 
@@ -15,16 +15,20 @@ from companion.core.frames import body_to_ned
 _DRAG_SHARE = 0.25  # one sigma of the model's error of the drag
 _CURRENT_MPS, _KNOWN_CURRENT_MPS = 0.2, 0.05  # one sigma of a current that nobody knows, and of one that is estimated
 _WIND_MPS, _MEASURED_WIND_MPS = 4.0, 2.0  # the same of the wind, as one of that speed at rest
-_LEARNT_S = 8.0
+_LEARNT_S = 8.0  # the bias follows more slowly than the boat slows down
 _LEAST_MPS = 0.05
 
 
 class ComingToRest:
-    """`sail` every cycle under way, `rest` in each other one. Remembers the velocity through the last seconds, at which
-    the bias was learnt."""
+    """`sail` every cycle under way, then `rest` as positioning begins, or `forget`. Remembers the velocity over ground
+    of the last seconds, at which the bias was learnt."""
 
     def __init__(self, config: VesselConfig) -> None:
         self._config = config
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing was learnt under way."""
         self._way_mps: tuple[float, float] | None = None  # surge, sway
 
     def sail(self, nav: NavState, dt_s: float) -> None:
@@ -40,7 +44,8 @@ class ComingToRest:
         """Take from `bias`, once, the share of its force along the boat's way that ends with the way."""
         if self._way_mps is None:
             return
-        (u, v), self._way_mps = self._way_mps, None
+        u, v = self._way_mps
+        self.forget()
         speed_mps = math.hypot(u, v)
         if speed_mps < _LEAST_MPS:
             return
@@ -52,10 +57,11 @@ class ComingToRest:
 
 
 def kept_share(config: VesselConfig, nav: NavState, speed_mps: float, x: float, y: float) -> float:
-    """The expected share, 0 to 1, of a force along the way (body axes, unit vector `x`, `y`) that stays at rest.
+    """The expected share, 0 to 1, of a force along the way at `speed_mps` that stays at rest. `x`, `y`: the way, a unit
+    vector in body axes.
 
-    Of independent errors of drag, current and wind the regression of what they come to at rest on what they come to at
-    `speed_mps`.
+    Errors of drag, current and wind are independent; the share is the regression of their sum at rest on that under
+    way.
     """
     hull = config.hull
     current_mps = _CURRENT_MPS if nav.current_north_mps is None else _KNOWN_CURRENT_MPS

@@ -178,6 +178,8 @@ class Controller:
             self._restart_positioning()
         if not isinstance(setpoint, PathSetpoint):
             self._restart_tracking()
+        if not isinstance(setpoint, (PoseSetpoint, PathSetpoint)):
+            self._coming_to_rest.forget()
 
     def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The moment that holds the heading, with the forces of the sticks."""
