@@ -9,6 +9,7 @@ from typing import Protocol
 from companion.config.vessel import VesselConfig
 from companion.config.yaw_limit import YawLimit
 from companion.control.bias import BiasForce
+from companion.control.coming_to_rest import ComingToRest
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.economy import MeanForce
 from companion.control.free_drift import FreeDrift
@@ -102,6 +103,7 @@ class Controller:
         self._other_law: TrackingLaw | None = None  # the law in use under way, if it is not `_tracking`
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits, self._yaw_limit.most_nm)
+        self._coming_to_rest = ComingToRest(config)
         self._demanded: Wrench | None = None
         self._ahead: tuple[Wrench, ...] = ()
 
@@ -154,8 +156,10 @@ class Controller:
         self._bias.keeps_across = isinstance(setpoint, PathSetpoint) and setpoint.keeps_place
         match setpoint:
             case PoseSetpoint():
+                self._coming_to_rest.rest(self._bias, nav)
                 return self._position(setpoint, nav, achieved, dt_s)
             case PathSetpoint():
+                self._coming_to_rest.sail(nav, dt_s)
                 return self._track(setpoint, nav, achieved, dt_s)
             case HeadingSetpoint():
                 return self._head(setpoint, nav, achieved, dt_s)
@@ -174,6 +178,8 @@ class Controller:
             self._restart_positioning()
         if not isinstance(setpoint, PathSetpoint):
             self._restart_tracking()
+        if not isinstance(setpoint, (PoseSetpoint, PathSetpoint)):
+            self._coming_to_rest.forget()
 
     def _head(self, setpoint: HeadingSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The moment that holds the heading, with the forces of the sticks."""
