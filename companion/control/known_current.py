@@ -40,7 +40,7 @@ class KnownCurrent:
         if self._known:
             learnt_x, learnt_y, _ = bias.in_body(nav.yaw_rad)
             more_x, more_y = -_common(more_x, learnt_x), -_common(more_y, learnt_y)
-        bias.grow(more_x, more_y, 0.0, nav.yaw_rad, 1.0)
+        bias.add(more_x, more_y, 0.0, nav.yaw_rad)
 
 
 def _common(a: float, b: float) -> float:

@@ -28,9 +28,7 @@ from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 from companion.positioning.sail_keeper import SailKeeper
 
-_HURRIES_SHARE = (
-    0.95  # of the speed: one that must be slower than that to stop inside brakes first; the feedback takes less off
-)
+_HURRIES_SHARE = 0.95  # of the speed: a boat that must be slower to stop inside brakes first, else by the feedback
 _REST_SHARE = 0.5  # of DP_SPEED_AHEAD: so slow, the reference takes over from braking
 # Lengths by which a reference leads its boat: from the first on it goes slower, at the second at its slowest. A boat
 # shorter than a position is sure counts as that long.
