@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol
 
 from companion.allocation.allocator import Allocator
@@ -19,6 +19,7 @@ from companion.allocation.jet import JetAllocator
 from companion.allocation.rudder import RudderAllocator
 from companion.allocation.sail import SailAllocator
 from companion.config.vessel import VesselConfig
+from companion.containment import Containment
 from companion.control.controller import Controller
 from companion.core.actuation import (
     ZERO_WRENCH,
@@ -76,7 +77,6 @@ from companion.supervisor.beacon import beacon
 from companion.supervisor.supervisor import Supervisor
 
 _ANSWER_S = 10.0  # time for a device to answer after the start: NMEA 2000 motors and drives that home need it
-_MOST_STARVED = 20
 _LATE_S = 0.005  # a tick that begins later counts as late
 
 NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: "depth", Corrections: "corrections"}
@@ -136,6 +136,7 @@ class Vessel:
         self.host: Host = WellHost()
         self.load = 0.0  # share of the period that the last tick took; set by `run`
         self.period_s = 1.0 / config.control_rate_hz
+        self.containment = Containment(events.say)
         self._blocks = blocks
         self._devices = devices
         self._clock = clock
@@ -159,7 +160,6 @@ class Vessel:
             GnssFix: self.supervisor.place_heard,
             RelativeFix: self.supervisor.place_heard,
         }
-        self._starved = 0  # ticks in a row for which there was no memory
         self._device_ok: dict[str, bool] = {}
         self._answers_due_s: float | None = None
 
@@ -212,18 +212,16 @@ class Vessel:
         self._stations.serve(now_s)
 
     def tick(self, now_s: float) -> Tick:
-        """One cycle. One for which there is no memory is left out and announced; the bridges time out meanwhile. Raises
-        MemoryError when there is none for _MOST_STARVED cycles in a row."""
+        """One cycle. One that fails is left out and announced, as `Containment` has it; then the last tick's record is
+        returned. Raises what made too many fail, or the first."""
         try:
             tick = self.cycle(now_s)
-        except MemoryError:
-            self._starved += 1
-            if self._starved > _MOST_STARVED or self.last_tick is None:
+        except Exception as error:
+            if self.last_tick is None:
                 raise
-            with suppress(MemoryError):
-                self.events.say(now_s, TextKind.ATTENTION, "computer", "Computer: out of memory, a tick is left out")
+            self.containment.tick_failed(error, now_s)
             return self.last_tick
-        self._starved = 0
+        self.containment.tick_done()
         return tick
 
     def cycle(self, now_s: float) -> Tick:
@@ -268,7 +266,7 @@ class Vessel:
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""
-        health = tuple(device.health(now_s) for device in (*self._devices.sensors, *self._devices.actuators))
+        health = tuple(self._health_of(device, now_s) for device in (*self._devices.sensors, *self._devices.actuators))
         self._answers_due_s = now_s + _ANSWER_S if self._answers_due_s is None else self._answers_due_s
         for device in health:
             before = self._device_ok.get(device.name)
@@ -280,6 +278,12 @@ class Vessel:
                 self.events.say(now_s, TextKind.ATTENTION, f"{device.name}_lost", f"{device.name}: {device.text}")
             self._device_ok[device.name] = device.ok
         return health
+
+    def _health_of(self, device: Sensor | Actuator, now_s: float) -> DeviceHealth:
+        unknown = DeviceHealth(device.name, ok=False, age_s=None)
+        health = self.containment.driver(device.name, lambda: device.health(now_s), unknown, now_s)
+        fault = self.containment.driver_fault(device.name, now_s)
+        return health if fault is None else replace(health, ok=False, text=fault)
 
     def update_thruster_conditions(self, health: Sequence[DeviceHealth], now_s: float) -> None:
         """Tell allocation, control and supervisor which thrusters have failed or are not lowered, and how fast they
@@ -334,7 +338,7 @@ class Vessel:
         """Send the command to all bridges."""
         self._command = command
         for actuator in self._devices.actuators:
-            actuator.write(command, now_s)
+            self.containment.driver(actuator.name, partial(actuator.write, command, now_s), None, now_s)
 
     def record(
         self,
@@ -387,10 +391,8 @@ class Vessel:
             device.close()
 
     def _collect(self, now_s: float) -> None:
-        for sensor in self._devices.sensors:
-            self._arrived.extend(sensor.read(now_s))
-        for actuator in self._devices.actuators:
-            self._arrived.extend(actuator.read(now_s))
+        for device in (*self._devices.sensors, *self._devices.actuators):
+            self._arrived.extend(self.containment.driver(device.name, partial(device.read, now_s), (), now_s))
 
 
 def surge_through_water_mps(nav: NavState) -> float:

@@ -7,7 +7,8 @@ from pathlib import Path
 _COMPILED = (
     *(f"companion/{room}/" for room in ("core", "nav", "guidance", "control", "allocation", "positioning", "payload")),
     *(f"companion/{room}/" for room in ("fence", "following", "traffic", "obstacles", "modes", "supervisor", "record")),
-    *("companion/loop.py", "companion/safety.py", "companion/clock.py", "companion/params/", "companion/mission/"),
+    *("companion/loop.py", "companion/containment.py", "companion/safety.py", "companion/clock.py"),
+    *("companion/params/", "companion/mission/"),
     *("companion/baselines/", "companion/io/sensors/", "companion/io/actuators/"),
     *(f"companion/io/mavlink/{part}" for part in ("commands/", "services/", "telemetry/", "transfer/")),
     *(

@@ -16,10 +16,12 @@ from pymavlink import mavutil
 from companion.app import Surroundings, build, load_vessel
 from companion.clock import SimulatedClock
 from companion.core.actuation import ZERO_WRENCH
+from companion.core.readings import GnssFix
 from companion.core.tick import COMPUTER, STORAGE
 from companion.io.host import HostWatch
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.links import MemoryLink
+from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 from tests.afloat_beside import BoatBeside
 from tests.faulty_disk import FaultyDisk
@@ -161,6 +163,72 @@ def test_ticks_without_memory_are_left_out_and_the_boat_sails_on(
         for _ in range(30):
             boat.step()
     monkeypatch.undo()
+    desk.close()
+
+
+def failing(*_: Any) -> Any:
+    raise ZeroDivisionError("float division by zero")
+
+
+def test_a_driver_that_fails_costs_its_device_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, boat = holding(tmp_path)
+    traces: list[str] = []
+    boat.vessel.containment.report = traces.append
+    with monkeypatch.context() as fault:
+        fault.setattr(Mtdata2Sensor, "read", failing)
+        for _ in range(15):
+            boat.step()
+        tick: Any = boat.vessel.last_tick
+        faulty = [device for device in tick.health if not device.ok]
+        assert [(device.name, device.text) for device in faulty] == [("imu", "driver fails (ZeroDivisionError)")]
+        assert tick.status.armed
+        heard: set[type] = set()
+        for _ in range(10):
+            boat.step()
+            tick = boat.vessel.last_tick
+            heard |= {type(reading) for reading in tick.readings}
+        assert GnssFix in heard, "the others are read"
+    for _ in range(4):
+        desk.heartbeat()
+        desk.tick(8)
+    texts = desk.texts()
+    assert "imu: driver fails (ZeroDivisionError)" in texts and "imu: back" in texts
+    assert len(traces) == 1 and "ZeroDivisionError" in traces[0] and "in failing" in traces[0]
+    desk.close()
+
+
+def test_a_tick_that_fails_is_left_out_and_many_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, boat = holding(tmp_path)
+    traces: list[str] = []
+    boat.vessel.containment.report = traces.append
+    for _ in range(2):
+        with monkeypatch.context() as fault:
+            fault.setattr(boat.vessel, "allocate", failing)
+            for _ in range(15):
+                boat.step()
+        desk.heartbeat()
+        desk.tick(3)
+        tick: Any = boat.vessel.last_tick
+        assert tick.status.armed and tick.t_s > boat.now_s - 0.2
+    assert any(text.startswith("Tick left out: ZeroDivisionError, test_host.py:") for text in desk.texts())
+    assert len(traces) == 1
+    monkeypatch.setattr(boat.vessel, "allocate", failing)
+    with pytest.raises(ZeroDivisionError):
+        for _ in range(30):
+            boat.step()
+    monkeypatch.undo()
+    desk.close()
+
+
+def test_a_run_that_reports_nothing_raises_the_first_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, boat = holding(tmp_path)
+    with monkeypatch.context() as fault:
+        fault.setattr(boat.vessel, "allocate", failing)
+        with pytest.raises(ZeroDivisionError):
+            boat.step()
+        fault.setattr(Mtdata2Sensor, "read", failing)
+        with pytest.raises(ZeroDivisionError):
+            boat.step()
     desk.close()
 
 
