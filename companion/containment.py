@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import TypeVar
 
 from companion.core.decision import TextKind
 from companion.core.events import Announce
+from companion.core.ports import Actuator, Sensor
+from companion.core.tick import DeviceHealth
 
 T = TypeVar("T")
 
@@ -42,12 +46,12 @@ class Containment:
             self._tell_in_full(error)
             return otherwise
 
-    def driver_fault(self, name: str, now_s: float) -> str | None:
-        """How that device's driver has just failed, or None."""
-        if name not in self._drivers:
-            return None
-        failed_s, text = self._drivers[name]
-        return text if now_s - failed_s < _DRIVER_FAULTY_S else None
+    def health(self, device: Sensor | Actuator, now_s: float) -> DeviceHealth:
+        """The state of a device; not ok while its driver fails."""
+        unknown = DeviceHealth(device.name, ok=False, age_s=None)
+        health = self.driver(device.name, lambda: device.health(now_s), unknown, now_s)
+        failed_s, text = self._drivers.get(device.name, (-math.inf, ""))
+        return health if now_s - failed_s >= _DRIVER_FAULTY_S else replace(health, ok=False, text=text)
 
     def tick_done(self) -> None:
         """A tick came to its end."""

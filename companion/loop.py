@@ -266,7 +266,9 @@ class Vessel:
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""
-        health = tuple(self._health_of(device, now_s) for device in (*self._devices.sensors, *self._devices.actuators))
+        health = tuple(
+            self.containment.health(device, now_s) for device in (*self._devices.sensors, *self._devices.actuators)
+        )
         self._answers_due_s = now_s + _ANSWER_S if self._answers_due_s is None else self._answers_due_s
         for device in health:
             before = self._device_ok.get(device.name)
@@ -278,12 +280,6 @@ class Vessel:
                 self.events.say(now_s, TextKind.ATTENTION, f"{device.name}_lost", f"{device.name}: {device.text}")
             self._device_ok[device.name] = device.ok
         return health
-
-    def _health_of(self, device: Sensor | Actuator, now_s: float) -> DeviceHealth:
-        unknown = DeviceHealth(device.name, ok=False, age_s=None)
-        health = self.containment.driver(device.name, lambda: device.health(now_s), unknown, now_s)
-        fault = self.containment.driver_fault(device.name, now_s)
-        return health if fault is None else replace(health, ok=False, text=fault)
 
     def update_thruster_conditions(self, health: Sequence[DeviceHealth], now_s: float) -> None:
         """Tell allocation, control and supervisor which thrusters have failed or are not lowered, and how fast they

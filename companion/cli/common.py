@@ -214,6 +214,11 @@ def complain(text: str) -> None:
     print(f"companion: {text}", file=sys.stderr)
 
 
+def tell_fault(trace: str) -> None:
+    """Write the whole trace of a fault that does not end the program to stderr."""
+    complain(f"a fault of the program, which goes on; please report it:\n{trace}")
+
+
 def print_warnings(warnings: Iterable[str]) -> None:
     """Each warning on its own line of standard error."""
     for warning in warnings:

@@ -19,6 +19,7 @@ from companion.cli.common import (
     judge_log_limit,
     judge_logs,
     new_folder,
+    tell_fault,
 )
 from companion.clock import WallClock
 from companion.core.ports import Clock
@@ -90,6 +91,7 @@ def _leader(arguments: argparse.Namespace) -> int:
                 clock, TransportOpener(), towards, local, display, log_folder, True, signing=_signing(state, clock)
             ),
         )
+        module.containment.report = tell_fault
         try:
             run(module, clock, lambda: interrupt.received or is_over(clock, arguments.duration))
         finally:

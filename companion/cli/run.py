@@ -27,6 +27,7 @@ from companion.cli.common import (
     new_folder,
     outlive_outputs,
     print_warnings,
+    tell_fault,
     typed,
 )
 from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
@@ -178,13 +179,9 @@ def _run_until_stopped(
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(_SWITCH_S)
-    vessel.containment.report = _tell_fault
+    vessel.containment.report = tell_fault
     vessel.add_recorder(WarmUp(vessel))
     run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
-
-
-def _tell_fault(trace: str) -> None:
-    sys.stderr.write(f"companion: a fault of the program; it goes on, please report this:\n{trace}")
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -15,6 +16,7 @@ from companion.app import parameter_problems, port_problems, program_version
 from companion.baselines.ahrs import ThesisAhrs
 from companion.config import vessel as config_module
 from companion.config.vessel import ConfigError
+from companion.containment import Containment
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -143,6 +145,7 @@ class LeaderModule:
         self.load = 0.0
         self.crew = CrewWish()
         self._events = EventLog()
+        self.containment = Containment(self._events.say)
         self._clock, self._display, self._log = around.clock, around.display, log
         self._sensors, self._bases = tuple(sensors), tuple(bases)
         self._estimator = Estimator(config, parameters, self._events.say, ThesisAhrs)
@@ -180,7 +183,7 @@ class LeaderModule:
     def serve(self, now_s: float) -> None:
         """Between two ticks: read the sensors and keys, answer the links."""
         for sensor in self._sensors:
-            self._arrived.extend(sensor.read(now_s))
+            self._arrived.extend(self.containment.driver(sensor.name, partial(sensor.read, now_s), (), now_s))
         if self._joystick is not None:
             self._joystick.read(now_s)
         for key in self._display.typed():
@@ -195,7 +198,16 @@ class LeaderModule:
                 )
 
     def tick(self, now_s: float) -> None:
-        """One whole cycle."""
+        """One cycle; one that fails is left out and announced, as `Containment` has it."""
+        try:
+            self.cycle(now_s)
+        except Exception as error:  # noqa: BLE001  it is raised again where it should be
+            self.containment.tick_failed(error, now_s)
+        else:
+            self.containment.tick_done()
+
+    def cycle(self, now_s: float) -> None:
+        """All steps in their order."""
         self.serve(now_s)
         readings, self._arrived = self._arrived, []
         nav = self._estimator.update(readings, now_s)
@@ -270,7 +282,8 @@ class LeaderModule:
                 self._log.event(event, self._clock.time_unix_ns())
 
     def _states(self, now_s: float) -> list[DeviceHealth]:
-        states = [device.health(now_s) for device in (*self._sensors, *self._radios)]
+        states = [self.containment.health(sensor, now_s) for sensor in self._sensors]
+        states += [radio.health(now_s) for radio in self._radios]
         if self._joystick is not None:
             states.append(self._joystick.health(now_s))
         if self._log is not None:

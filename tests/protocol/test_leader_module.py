@@ -400,3 +400,21 @@ def test_a_module_with_the_same_key_is_followed_and_no_other(tmp_path: Path, sam
     heard = pair.module.link.follower.heard_s is not None
     pair.close()
     assert followed is same and heard is same
+
+
+def test_a_fault_of_the_program_does_not_end_the_module(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The follower goes on by what the lead boat's module still sends."""
+    traces: list[str] = []
+    pair.module.containment.report = traces.append
+    under_way(pair)
+
+    def failing(*_: Any) -> Any:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as fault:
+        fault.setattr(pair.module, "cycle", failing)
+        pair.run(1.0)
+    heard = Heard(pair)
+    pair.run(3.0)
+    assert heard.states and pair.vessel.supervisor.status(pair.now_s).mode is ModeId.FOLLOW
+    assert len(traces) == 1

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
 
 from companion.containment import Containment
 from companion.core.decision import TextKind
+from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth
 
 
 def raising(error: Exception) -> Any:
@@ -22,25 +25,50 @@ def contained() -> tuple[Containment, list[str], list[tuple[TextKind, str]]]:
     return containment, traces, said
 
 
+class Gnss:
+    """A driver that is well, unless it is asked for its health while `unwell`."""
+
+    name = "gnss"
+    unwell = False
+
+    def health(self, now_s: float) -> DeviceHealth:
+        if self.unwell:
+            raise KeyError("x")
+        return DeviceHealth("gnss", ok=True, age_s=0.1)
+
+    def read(self, now_s: float) -> Sequence[Reading]:
+        return ()
+
+    def fileno(self) -> int | None:
+        return None
+
+    def close(self) -> None:
+        pass
+
+
 def test_a_driver_is_faulty_until_two_seconds_after_it_last_failed() -> None:
     containment, traces, _ = contained()
+    gnss = Gnss()
     assert containment.driver("gnss", lambda: (1,), (), 0.0) == (1,)
-    assert containment.driver_fault("gnss", 0.0) is None
+    assert containment.health(gnss, 0.0).ok
     for now_s in (1.0, 2.0):
         assert containment.driver("gnss", lambda: raising(ValueError("x")), (), now_s) == ()
-    assert containment.driver_fault("gnss", 3.9) == "driver fails (ValueError)"
-    assert containment.driver_fault("imu", 3.9) is None
-    assert containment.driver_fault("gnss", 4.0) is None
+    assert containment.health(gnss, 3.9) == DeviceHealth("gnss", False, 0.1, "driver fails (ValueError)")
+    assert containment.health(gnss, 4.0).ok
     assert len(traces) == 1, "once for each place"
-    assert containment.driver("gnss", lambda: 1 // 0, 0, 5.0) == 0
+    gnss.unwell = True
+    assert containment.health(gnss, 5.0) == DeviceHealth("gnss", False, None, "driver fails (KeyError)")
     assert len(traces) == 2
+    gnss.unwell = False
+    assert not containment.health(gnss, 6.9).ok
+    assert containment.health(gnss, 7.0).ok
 
 
 def test_a_driver_without_memory_leaves_the_tick_out() -> None:
     containment, _, _ = contained()
     with pytest.raises(MemoryError):
         containment.driver("gnss", lambda: raising(MemoryError()), (), 0.0)
-    assert containment.driver_fault("gnss", 0.0) is None
+    assert containment.health(Gnss(), 0.0).ok
 
 
 def test_twenty_ticks_in_a_row_may_fail() -> None:
