@@ -413,7 +413,7 @@ def test_a_fault_of_the_program_does_not_end_the_module(pair: Pair, monkeypatch:
 
     with monkeypatch.context() as fault:
         fault.setattr(pair.module, "cycle", failing)
-        pair.run(1.0)
+        pair.run(0.5)
     heard = Heard(pair)
     pair.run(3.0)
     assert heard.states and pair.vessel.supervisor.status(pair.now_s).mode is ModeId.FOLLOW
