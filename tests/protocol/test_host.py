@@ -250,24 +250,31 @@ def test_a_running_boat_without_descriptors_sails_says_so_and_recovers(tmp_path:
         return any(text in one for one in texts)
 
     wait_until(lambda: told("USV companion"), "the greeting")
-    before = resource.prlimit(process.pid, resource.RLIMIT_NOFILE)
-    in_use = len(os.listdir(f"/proc/{process.pid}/fd"))  # noqa: PTH208
-    resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (in_use, before[1]))
-    station.mav.param_set_send(1, 1, b"WP_SPEED", 0.75, 9)
-    wait_until(lambda: told("Too many open files"), "the refusal to store")
+    pid, asked = process.pid, [0.75]
+    before = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+
+    def store_without_descriptors() -> None:
+        """Anew while a file that was just open leaves one to store with."""
+        in_use = len(os.listdir(f"/proc/{pid}/fd"))  # noqa: PTH208
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, (in_use, before[1]))
+        asked.append(asked[-1] + 0.0625)
+        station.mav.param_set_send(1, 1, b"WP_SPEED", asked[-1], 9)
+
+    wait_until(lambda: told("Too many open files"), "the refusal to store", again=store_without_descriptors)
     with socket.create_connection(("127.0.0.1", companion.tcp_port)) as second:
         second.settimeout(CAP_S)
         assert second.recv(1) == b"", "turned away"
     wait_until(lambda: told("Computer: few file descriptors left"), "what is missing")
     sailed_s = companion.now_s
-    resource.prlimit(process.pid, resource.RLIMIT_NOFILE, before)
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, before)
     wait_until(lambda: told("is saved again") and told("Computer: well again"), "all is well")
     assert companion.now_s > sailed_s
     process.send_signal(signal.SIGPIPE)
     companion.sail(1.0)
     process.send_signal(signal.SIGTERM)
     wait_until(lambda: process.poll() is not None, "the end")
-    assert process.returncode == 0 and "0.75" in (tmp_path / "state" / "parameters.json").read_text(encoding="utf-8")
+    assert process.returncode == 0
+    assert str(asked[-1]) in (tmp_path / "state" / "parameters.json").read_text(encoding="utf-8")
     assert process.stdin is not None and process.stderr is not None
     process.stdin.close()
     process.stderr.close()
