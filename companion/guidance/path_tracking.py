@@ -61,6 +61,9 @@ _INSIDE = 0.5
 # Of the leg's speed, that a boat turned by the moment of its thrusters must keep in the bend of a swing: one that turns
 # slower is carried off there.
 _KEPT_IN_SWING = 0.35
+# Times the speed along the track: that of a boat under way there, however it heels, slips and lags. What sails so much
+# slower than it should lies across its course.
+_UNDER_WAY = 2.0
 _PREVIEW_S = 0.5  # lag of the speed loop
 # Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
 # and back within a bend, and is carried off meanwhile.
@@ -137,6 +140,7 @@ class PathTracker:
         self._finished = False
         self._s = self._integral = self._speed = 0.0
         self._tip_end = 0.0  # arc length at which the last turn back ends
+        self._back_m = 0.0  # arc length beyond that turn, to which a boat in an arc has begun to turn
         self._rests_s = 0.0  # at the end, without way
         self._surge = 0.0  # of the last setpoint
         self._yaw: float | None = None  # of the last setpoint
@@ -224,7 +228,7 @@ class PathTracker:
         self._up.reset()
         if self._carried is not None:
             self._carried.reset()
-        self._tip_end = self._rests_s = 0.0
+        self._tip_end = self._rests_s = self._back_m = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
         """Sail a track from the boat's motion, nothing of what was learned before counts."""
@@ -278,7 +282,7 @@ class PathTracker:
             last_speed = self._speed
             self._round_up(nav, here, dt_s)
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
-            ahead = track.at(self._course_s_m(nav, track))
+            ahead = track.at(self._course_s_m(nav, track, error, lookahead))
             setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track, dt_s)
@@ -348,16 +352,30 @@ class PathTracker:
             return self._s
         return min(track.length_m, self._s + max(self._speed, creep_mps(self._parameters)) * dt_s)
 
-    def _preview_m(self, nav: NavState) -> float:
-        """How far ahead the course is taken, as the bow follows late."""
-        return self._preview_s(nav) * self._speed
+    def _preview_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
+        """How far ahead the course is taken, as the bow follows late. In an arc that is several seconds: may be more
+        than a leg. A boat that does not sail along the track comes no nearer to its next leg, and where the track turns
+        back one that is far off it has its own leg to sail yet: for these the course would be now that of the one leg,
+        now that of the other. A boat that has begun to turn back goes on, though it sails no more along the track."""
+        usual_m = self._preview_s(nav) * self._speed
+        if self._turning.arc is None:
+            return usual_m
+        course_rad = track.at(self._s).course_rad
+        along_mps = nav.north_mps * math.cos(course_rad) + nav.east_mps * math.sin(course_rad)
+        ahead_m = min(usual_m, self._preview_s(nav) * _UNDER_WAY * max(0.0, along_mps))
+        if abs(wrap_pi(track.at(self._s + ahead_m).course_rad - course_rad)) > _ALMOST_BACK_RAD:
+            if abs(error) > lookahead:
+                ahead_m = 0.0
+            else:
+                self._back_m = max(self._back_m, self._s + ahead_m)
+        return max(ahead_m, self._back_m - self._s)
 
     def _preview_s(self, nav: NavState) -> float:
         return min(TURN_PREVIEW_S, self._earliest_s()) + self._turning.late_s(nav.surge_mps, nav.sway_mps)
 
-    def _course_s_m(self, nav: NavState, track: Track) -> float:
+    def _course_s_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
         """Arc length at which the course is taken."""
-        usual_m, last = self._preview_m(nav), nav.yaw_rad if self._yaw is None else self._yaw
+        usual_m, last = self._preview_m(nav, track, error, lookahead), nav.yaw_rad if self._yaw is None else self._yaw
         if self._carried is None or self._up.lasts:
             return self._s + usual_m
         return self._carried.course_s_m(

@@ -465,8 +465,11 @@ class Estimator:
             if self._solutions.pose.oriented
             else None
         )
+        instead_of_course = self._headings.by_course and not isinstance(self._solutions.used, InertialSolution)
         heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
+            if rule is None and instead_of_course:  # without a gyro a course tells little of the bow's direction
+                rule = Verdict.RESET
             self._fuse_heading(reading.t_s, heading, self._solutions.begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:

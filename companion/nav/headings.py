@@ -123,6 +123,11 @@ class HeadingSources:
         """Whether the heading comes from the boat's motion alone, which nothing measures but the receiver."""
         return self._used in (_MOTION, _COURSE)
 
+    @property
+    def by_course(self) -> bool:
+        """Whether the heading comes from the course over ground."""
+        return self._used == _COURSE
+
     def measured(self, heading: Heading, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> Measured | None:
         """The true heading of a reading, whether or not its source is in use; None where a compass is unusable. Place
         and time are for the declination."""

@@ -163,7 +163,7 @@ class PoseSolution:
         error = wrap_pi(yaw_rad - self._yaw_at(t_s))
         sigma = math.hypot(sigma_rad, self._yaw_sigma(dt))
         verdict = rule or self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
-        if verdict is Verdict.REJECT or dt <= 0.0:
+        if verdict is Verdict.REJECT or dt < 0.0 or (dt == 0.0 and verdict is Verdict.ACCEPT):
             return verdict
         if verdict is Verdict.RESET or self._sigma_rad > _ROUGH * sigma_rad:
             self._begin_heading(t_s, yaw_rad, sigma_rad)

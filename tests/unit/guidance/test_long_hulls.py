@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+
+import pytest
 
 from companion.cli.new_file import Answers, file_text
 from companion.config.vessel import parse
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NO_ESTIMATE
-from companion.guidance.path_tracking import PathTracker
+from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.guidance.path_tracking import PathProgress, PathTracker
 from companion.guidance.turning import turning_of
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
@@ -24,22 +27,24 @@ DT_S = 0.1
 RUDDER_LAG_S = 0.5
 
 
-def largest_off_m(current_mps: float | None = 0.0, **values: float) -> float:
-    """Largest distance from a straight leg in its last 100 of 300 m in still water, from 2 m beside it. `current_mps`:
-    what is known of it."""
-    parameters = Parameters({**LAUNCH.parameters, **values})
-    guide = PathTracker(parameters, can_sway=False, turning=turning_of(LAUNCH, on_the_spot=False))
+ACC_MPS2 = 0.3
+
+
+def sailing(guide: PathTracker, parameters: Parameters, nav: NavState) -> Iterator[tuple[NavState, PathProgress]]:
+    """The launch on its track in still water, tick by tick, until it has finished."""
     accelerations, rudder = dynamics(LAUNCH.hull), LAUNCH.thrusters[0]
     bandwidth, speed, most_nm = parameters["PATH_BW_YAW"], parameters["WP_SPEED"], LAUNCH.limits.yaw_nm
-    u, v, r, moment_nm = speed, 0.0, 0.0, 0.0
-    nav = replace(NO_ESTIMATE, east_m=2.0, current_north_mps=current_mps, current_east_mps=current_mps)
-    guide.start([Waypoint(0.0, 0.0), Waypoint(300.0, 0.0)], nav, from_here=False)
-    farthest = 0.0
-    while nav.north_m < 299.0:
+    moment_nm = 0.0
+    while True:
+        u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
         north = u * math.cos(nav.yaw_rad) - v * math.sin(nav.yaw_rad)
         east = u * math.sin(nav.yaw_rad) + v * math.cos(nav.yaw_rad)
-        nav = replace(nav, surge_mps=u, sway_mps=v, yaw_rate_radps=r, north_mps=north, east_mps=east)
-        asked = guide.update(nav, speed, DT_S).setpoint
+        nav = replace(nav, north_mps=north, east_mps=east)
+        progress = guide.update(nav, speed, DT_S)
+        yield nav, progress
+        if progress.finished:
+            return
+        asked = progress.setpoint
         assert asked.yaw_rad is not None
         turn = 1.5 * bandwidth * (asked.yaw_rate_radps - r) + bandwidth**2 * wrap_pi(asked.yaw_rad - nav.yaw_rad)
         damping = LAUNCH.hull.damping
@@ -47,12 +52,22 @@ def largest_off_m(current_mps: float | None = 0.0, **values: float) -> float:
         wanted_nm = min(most_nm, max(-most_nm, wanted_nm))
         moment_nm += (wanted_nm - moment_nm) * DT_S / RUDDER_LAG_S
         _, dv, dr = accelerations(u, v, r, 0.0, moment_nm / rudder.x_m, moment_nm)
+        u += min(ACC_MPS2 * DT_S, max(-ACC_MPS2 * DT_S, asked.surge_mps - u))
         v, r = v + dv * DT_S, r + dr * DT_S
         yaw = wrap_pi(nav.yaw_rad + r * DT_S)
-        nav = replace(nav, north_m=nav.north_m + north * DT_S, east_m=nav.east_m + east * DT_S, yaw_rad=yaw)
-        if nav.north_m > 200.0:
-            farthest = max(farthest, abs(nav.east_m))
-    return farthest
+        place = {"north_m": nav.north_m + north * DT_S, "east_m": nav.east_m + east * DT_S, "yaw_rad": yaw}
+        nav = replace(nav, surge_mps=u, sway_mps=v, yaw_rate_radps=r, **place)
+
+
+def largest_off_m(current_mps: float | None = 0.0, **values: float) -> float:
+    """Largest distance from a straight leg in its last 100 of 300 m in still water, from 2 m beside it. `current_mps`:
+    what is known of it."""
+    parameters = Parameters({**LAUNCH.parameters, **values})
+    guide = PathTracker(parameters, can_sway=False, turning=turning_of(LAUNCH, on_the_spot=False))
+    nav = replace(NO_ESTIMATE, east_m=2.0, surge_mps=parameters["WP_SPEED"])
+    nav = replace(nav, current_north_mps=current_mps, current_east_mps=current_mps)
+    guide.start([Waypoint(0.0, 0.0), Waypoint(300.0, 0.0)], nav, stop_at_end=False, from_here=False)
+    return max(abs(nav.east_m) for nav, _ in sailing(guide, parameters, nav) if nav.north_m > 200.0)
 
 
 def test_it_looks_as_far_ahead_as_its_course_follows_its_bow_late() -> None:
@@ -64,3 +79,19 @@ def test_it_looks_as_far_ahead_as_its_course_follows_its_bow_late() -> None:
 def test_it_learns_no_drift_from_its_own_turns() -> None:
     """Where no current is known it took its sideslip for drift, and weaved ever wider: by 35 m here."""
     assert largest_off_m(current_mps=None) < 0.3
+
+
+@pytest.mark.parametrize("astern_m", [6.0, 10.0, 15.0])
+def test_a_short_first_leg_astern_does_not_lead_it_away(astern_m: float) -> None:
+    """Its course is taken some 8 m ahead, which was beyond the first waypoint: the bow turned to and fro between the
+    two legs, and the launch sailed 120 m away until it held for want of headway."""
+    parameters = Parameters({**LAUNCH.parameters, "NAV_ACC_RAD": 1.0})
+    guide = PathTracker(parameters, can_sway=False, turning=turning_of(LAUNCH, on_the_spot=False))
+    nav = replace(NO_ESTIMATE, current_north_mps=0.0, current_east_mps=0.0)
+    guide.start([Waypoint(-astern_m, 0.0), Waypoint(0.0, 0.0), Waypoint(100.0, 0.0)], nav)
+    far_m = 0.0
+    for ticks, (there, progress) in enumerate(sailing(guide, parameters, nav)):
+        assert ticks < 3000, f"{progress.passed} waypoints passed after 5 minutes, {far_m:.0f} m away"
+        if progress.passed < 2:
+            far_m = max(far_m, math.hypot(there.north_m, there.east_m))
+    assert far_m < 40.0

@@ -337,6 +337,20 @@ def test_without_a_heading_the_course_is_used() -> None:
     assert at_rest.states[-1].position_valid
 
 
+def test_a_heading_that_is_back_ends_what_the_course_has_told() -> None:
+    """A boat that goes astern, with a sensor that is gyro and compass: its course was 180° off, its first headings
+    outliers beside it, and the gyro went on from there."""
+
+    def silent(reading: Reading) -> Reading | None:
+        return None if isinstance(reading, Imu | Heading) else reading
+
+    passage = navigate(Voyage(speed_mps=-1.5, seed=15), between(25.0, 32.0, silent))
+    assert math.degrees(passage.errors(31.0, 32.0)[1].max()) > 150.0
+    assert math.degrees(passage.errors(32.5)[1].max()) < 5.0
+    assert passage.errors(35.0)[0].max() < 0.2
+    assert passage.errors(35.0)[2].max() < 0.3
+
+
 def test_from_sbas_to_rtk() -> None:
     """Fixes 0.7 m off for a minute, then RTK: the estimate goes over at once, without the second of rejections, and
     without a spike."""
