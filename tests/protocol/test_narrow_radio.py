@@ -103,7 +103,7 @@ class Client:
                 assert message.type == 0
                 self.uploaded_s = now_s
             elif kind == "PARAM_VALUE" and not self.loaded_s:
-                self.values.add(message.param_index)
+                self.values |= {message.param_index} - {65535}
                 self._parameters_s = now_s
                 if len(self.values) == len(TABLE):
                     self.loaded_s = now_s
