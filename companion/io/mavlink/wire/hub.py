@@ -333,12 +333,15 @@ class Hub:
                 )
 
     def _has_our_address(self, message: Any, now_s: float) -> bool:
-        """Whether the sender is this boat by its address. If it is another vehicle, that is announced."""
+        """Whether the sender is this boat by its address. If it is another vehicle or a client, that is announced."""
         if (message.get_srcSystem(), message.get_srcComponent()) != (self.system, COMPONENT):
             return False
         if self._twin.take(message, now_s):
             text = f"Another vehicle has system id {self.system}: set MAV_SYS_ID"
             self.vessel.events.say(now_s, TextKind.ATTENTION, "same_system_id", text)
+        elif self._is_ours(message) and self._twin.take_client(message, now_s):
+            text = f"Client with our ids {self.system}/{COMPONENT} ignored: give it others"
+            self.vessel.events.say(now_s, TextKind.ATTENTION, "same_address", text)
         return True
 
     def _prove(self, peer: Peer, proof: Proof, message: Any, now_s: float) -> None:
