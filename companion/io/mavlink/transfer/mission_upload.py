@@ -193,9 +193,10 @@ class PlanReceiver:
 
     def claim(self, kind: int, peer: Peer, now_s: float) -> bool:
         """Whether this client may upload or clear a plan of this kind. Another one that is uploading it goes on, unless
-        it sends nothing useful, or this one is trusted and it is not: then its upload ends."""
+        it sends nothing useful, or this one is trusted and it is not: then its upload ends. A whole plan is put in
+        force first, also that of a client that has left."""
         upload = self._uploads.get(kind)
-        if upload is None or upload.peer == peer or upload.peer.endpoint.gone:
+        if upload is None or upload.peer == peer or (upload.peer.endpoint.gone and not upload.complete):
             return True
         if not self._yields(upload, peer, now_s):
             return False
@@ -316,7 +317,7 @@ class PlanReceiver:
         if refusal is not None:
             self._end_refused(upload, refusal, now_s)
             return
-        del self._uploads[upload.kind]
+        self._forget(upload)
         plan_id = self._vessel.plans.plan_id(upload.kind)
         answer = self.acknowledge(upload.kind, upload.peer, PlanResult.ACCEPTED, plan_id)
         if upload.end:
@@ -325,12 +326,17 @@ class PlanReceiver:
 
     def _drop(self, upload: _Upload) -> None:
         """Forget an upload that its client has given up."""
-        del self._uploads[upload.kind]
+        self._forget(upload)
         if upload.complete:
             self._store.drop(upload.kind)
 
+    def _forget(self, upload: _Upload) -> None:
+        """It is over. Another one in its place goes on."""
+        if self._uploads.get(upload.kind) is upload:
+            del self._uploads[upload.kind]
+
     def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
-        del self._uploads[upload.kind]
+        self._forget(upload)
         last_seq = min(upload.expected, upload.end - 1)
         answer = self._refuse(upload.kind, upload.peer, refusal, now_s)
         self._finish(upload, last_seq, answer, now_s)
