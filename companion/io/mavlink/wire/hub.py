@@ -348,7 +348,7 @@ class Hub:
             text = f"Another vehicle has system id {self.system}: set MAV_SYS_ID"
             self.vessel.events.say(now_s, TextKind.ATTENTION, "same_system_id", text)
         elif self._is_ours(message) and self._twin.take_client(message, now_s):
-            text = f"Client with our ids {self.system}/{COMPONENT} ignored: give it others"
+            text = f"Client with our ids {self.system}/1 ignored: give it others"
             self.vessel.events.say(now_s, TextKind.ATTENTION, "same_address", text)
         return True
 
