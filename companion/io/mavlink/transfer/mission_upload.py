@@ -8,7 +8,7 @@ without a request, and with MAVSDK (2.5 s).
 
 Items are requested as MISSION_ITEM_INT. ArduPilot asks by the old MISSION_REQUEST, and DroneKit and most scripts with
 pymavlink wait for nothing else: a client that leaves the requests for its first item unanswered is asked by both in
-turn, and from then on by the one that it answers. MAVSDK refuses the old form as unsupported, as PX4 knows it.
+turn, also where it begins again meanwhile, and from then on by the one that it answers. MAVSDK refuses the old form as unsupported, as PX4 knows it.
 """
 
 from __future__ import annotations
@@ -103,6 +103,7 @@ class PlanReceiver:
             self._deny(kind, peer, now_s)
             return
         heard_s, begun_s = self._since(kind, peer, now_s)
+        old_form = self._was_asked_in_vain(kind, peer)
         self.end_uploads(kind, peer, now_s)
         self._finished.pop((peer, kind), None)
         shift = shift_of(kind, peer)
@@ -113,7 +114,7 @@ class PlanReceiver:
             self._uploads[kind] = _Upload(peer, kind, shift, 0, 0, now_s, now_s)
             self._commit(self._uploads[kind], now_s)
         else:
-            self._start(_Upload(peer, kind, shift, 0, count, heard_s, begun_s), now_s)
+            self._start(_Upload(peer, kind, shift, 0, count, heard_s, begun_s, old_form=old_form), now_s)
 
     def on_partial(self, kind: PlanKind, first: int, last: int, peer: Peer, now_s: float) -> None:
         """MISSION_WRITE_PARTIAL_LIST: change some items of the plan. `last` may lie past the end, as from MAVProxy."""
@@ -224,6 +225,14 @@ class PlanReceiver:
         if upload is None or upload.peer != peer or upload.complete:
             return now_s, now_s
         return upload.heard_s, upload.begun_s
+
+    def _was_asked_in_vain(self, kind: int, peer: Peer) -> bool:
+        """Whether this client begins again after requests by MISSION_REQUEST_INT that it did not answer: one that begins
+        again twice a second would never be asked by the other form."""
+        upload = self._uploads.get(kind)
+        if upload is None or upload.peer != peer or upload.form_known:
+            return False
+        return upload.retries > 0 and not upload.asked_old
 
     def is_storing(self, kind: int, peer: Peer) -> bool:
         """Whether this client has sent a whole plan of this kind, which is being checked and stored."""
