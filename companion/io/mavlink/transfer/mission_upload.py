@@ -8,7 +8,8 @@ without a request, and with MAVSDK (2.5 s).
 
 Items are requested as MISSION_ITEM_INT. ArduPilot asks by the old MISSION_REQUEST, and DroneKit and most scripts with
 pymavlink wait for nothing else: a client that leaves the requests for its first item unanswered is asked by both in
-turn, also where it begins again meanwhile, and from then on by the one that it answers. MAVSDK refuses the old form as unsupported, as PX4 knows it.
+turn, also where it begins again meanwhile, and from then on by the one that it answers. MAVSDK refuses the old form as
+unsupported, as PX4 knows it.
 """
 
 from __future__ import annotations
@@ -227,8 +228,8 @@ class PlanReceiver:
         return upload.heard_s, upload.begun_s
 
     def _was_asked_in_vain(self, kind: int, peer: Peer) -> bool:
-        """Whether this client begins again after requests by MISSION_REQUEST_INT that it did not answer: one that begins
-        again twice a second would never be asked by the other form."""
+        """Whether this client begins again after requests by MISSION_REQUEST_INT that it did not answer. Who does so
+        twice a second would never be asked by the other form."""
         upload = self._uploads.get(kind)
         if upload is None or upload.peer != peer or upload.form_known:
             return False
