@@ -23,6 +23,8 @@ from companion.modes.parts.offboard_target import OffboardTarget
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
+SLOWEST_S = 3.0  # between setpoints that still are a stream, of clients who know Rover's Guided
+_PERIODS = 2.5  # of a slow sender, for which its setpoint counts: one may be lost
 _FURTHEST_M = 20_000.0
 _MOVED_M = 0.001  # move of the point that makes the boat go to it again
 _MOVED_UNDER_WAY_M = 0.25
@@ -34,8 +36,8 @@ class OffboardMode(Mode):
     The boat goes to a position setpoint and holds it as in Hold. It follows any other setpoint by dynamic positioning,
     or as course and speed if it cannot push itself sideways.
 
-    Remembers the newest setpoint and its time, the newest refusal, and which part steers. `limits`: of this stay, or of
-    the next one.
+    Remembers the newest setpoint, its time and how long it counts, the newest refusal, and which part steers.
+    `limits`: of this stay, or of the next one.
     """
 
     declaration = ModeDeclaration(
@@ -68,6 +70,7 @@ class OffboardMode(Mode):
         self.limits = GuidedLimits()
         self._target: OffboardTarget | None = None
         self._came_s = -math.inf
+        self._lasts_s = 0.0  # for how long the newest setpoint counts, where that is longer than OFFB_TIMEOUT
         self._refused: tuple[str, float] = ("", -math.inf)
         self._cleared: tuple[object, ...] | None = None  # the fence and the point that last passed the check together
         self._gone_to: tuple[float, float, float | None] | None = (
@@ -88,12 +91,16 @@ class OffboardMode(Mode):
 
     # --- incoming setpoints ----------------------------------------------------------------------------------------
 
-    def take(self, target: OffboardTarget, nav: NavState, now_s: float) -> str | None:
-        """Accept a setpoint, or return why it is refused. The last accepted setpoint counts until it times out."""
+    def take(self, target: OffboardTarget, nav: NavState, now_s: float, slow: bool = False) -> str | None:
+        """Accept a setpoint, or return why it is refused. The last accepted setpoint counts until it times out. `slow`:
+        its sender may send once a second, as ArduPilot's pages say: its setpoint counts for two and a half of the
+        periods at which they come, SLOWEST_S at most."""
         reason = self._refusal(target, nav)
         if reason is not None:
             self._refused = (reason, now_s)
             return reason
+        since_s = now_s - self._came_s
+        self._lasts_s = min(SLOWEST_S, _PERIODS * since_s) if slow and since_s <= SLOWEST_S else 0.0
         self._target, self._came_s = target.fixed(nav), now_s
         return None
 
@@ -120,7 +127,7 @@ class OffboardMode(Mode):
 
     def silence(self, now_s: float) -> str | None:
         """Return why there is no valid setpoint, or None."""
-        most_s = self._parameters["OFFB_TIMEOUT"]
+        most_s = max(self._parameters["OFFB_TIMEOUT"], self._lasts_s)
         age_s = now_s - self._came_s
         if self._target is not None and age_s <= most_s:
             return None

@@ -58,6 +58,7 @@ ROWS: tuple[ParamSpec, ...] = (
     fixed("SDLOG_MODE", 0, "Logs are always written", "Always"),
     # Other ground stations
     fixed("FRAME_CLASS", 2, "A boat, to ArduPilot's ground stations"),
+    fixed("ARMING_SKIPCHK", 0, "No arming check is skipped; without the name MAVProxy says that they are disabled"),
     real(
         "MIS_TAKEOFF_ALT",
         2.5,

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import ModeId, Outcome, Result, TextKind
+from companion.modes.offboard import SLOWEST_S
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.supervisor.requests import Requests
 
@@ -34,11 +35,13 @@ class Guided:
         return outcome
 
     def goes_to(self, target: OffboardTarget, now_s: float) -> bool:
-        """Whether this setpoint is a go-to, which is done then. The second within OFFB_TIMEOUT makes a stream."""
+        """Whether this setpoint is a go-to, which is done then. The second within OFFB_TIMEOUT makes a stream; within
+        SLOWEST_S where it is more than a point."""
         self._streams = False
         if self._since != self._choice:
             return False
-        self._streams = now_s - self._came_s <= self._parts.parameters["OFFB_TIMEOUT"]
+        timeout_s = self._parts.parameters["OFFB_TIMEOUT"]
+        self._streams = now_s - self._came_s <= (timeout_s if target.is_point else max(timeout_s, SLOWEST_S))
         self._came_s = now_s
         point = None if self._streams or not target.is_point else target.fixed(self._parts.nav)
         if point is None or point.position is None:

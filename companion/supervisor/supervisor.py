@@ -124,7 +124,7 @@ class Supervisor(Requests):
         Guided, which may wait for it."""
         if guided and self.guided.goes_to(target, now_s):
             return None
-        reason = self.parts.offboard.take(target, self.parts.nav, now_s)
+        reason = self.parts.offboard.take(target, self.parts.nav, now_s, slow=guided)
         if guided and reason is None:
             self.guided.taken(now_s)
         if reason is None and self.refusal(AuthorityRequest(RequestedAction.STAND_IN, Right.OFFBOARD), now_s) is None:

@@ -80,7 +80,14 @@ class Water:
     direction."""
 
     def __init__(
-        self, seed: int = 0, loss: float = 0.0, doubling: float = 0.0, delay_s: float = 0.01, jitter_s: float = 0.0
+        self,
+        seed: int = 0,
+        loss: float = 0.0,
+        doubling: float = 0.0,
+        delay_s: float = 0.01,
+        jitter_s: float = 0.0,
+        storage: Any = None,
+        worker: Any = None,
     ) -> None:
         self.random = random.Random(seed)
         self.loss, self.doubling, self.delay_s, self.jitter_s = loss, doubling, delay_s, jitter_s
@@ -98,8 +105,8 @@ class Water:
             supervisor=self.supervisor,
             config=config,
             parameters=Parameters(),
-            storage=NoStorage(),
-            worker=AtOnce(),
+            storage=storage or NoStorage(),
+            worker=worker or AtOnce(),
         )
         hub: Any = self.hub
         self.service = MissionService(hub, vessel)

@@ -56,6 +56,11 @@ class MavProxy:
         what = f"MAVProxy answers {line!r} with {pattern!r}"
         return wait_until(lambda: self._found(pattern), what, again=lambda: self.say(line), again_s=again_s)
 
+    @property
+    def printed(self) -> str:
+        """All that it has printed so far, as far as it was looked at."""
+        return self._heard[: self._looked_at]
+
     def _found(self, pattern: str) -> re.Match[str] | None:
         self._listen()
         found = re.compile(pattern).search(self._heard, self._looked_at)

@@ -123,3 +123,28 @@ def test_go_to_is_a_reposition_as_command_int(desk: Desk) -> None:
     desk.tick(12)
     tick = desk.vessel.last_tick
     assert tick is not None and tick.setpoint.progress.target.north_m == pytest.approx(20.0, abs=0.5)
+
+
+def test_its_mapping_of_a_boat_steers(desk: Desk) -> None:
+    """src/assets/joystick-profiles.ts, "Boat functions mapping": y and x are the left stick, r and z the right one. A
+    Rover steers by y and takes z for throttle; here the right stick's z does nothing."""
+
+    def steer(ticks: int, x: int = 0, y: int = 0, z: int = 0, r: int = 0) -> tuple[float, float, float]:
+        for _ in range(ticks):
+            desk.tell(mavlink.MAVLink_manual_control_message(1, x, y, z, r, 0, buttons2=0, s=0, t=0))
+            desk.tick()
+        tick = desk.vessel.last_tick
+        assert tick is not None
+        achieved = tick.allocation.achieved
+        return achieved.surge_n, achieved.sway_n, achieved.yaw_nm
+
+    steer(3)
+    assert desk.result(SET_MODE, 1.0, float(MANUAL)) == ACCEPTED
+    assert desk.result(ARM, 1.0) == ACCEPTED
+    steer(3)
+    ahead = steer(10, x=600)
+    assert ahead[0] > 10.0 and ahead[2] == pytest.approx(0.0, abs=0.01)
+    assert steer(10, y=600)[1] > 3.0
+    surge_n, _, yaw_nm = steer(10, x=600, r=600)
+    assert surge_n > 10.0 and yaw_nm > 3.0, "to starboard"
+    assert steer(10, z=1000) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)

@@ -93,6 +93,7 @@ def test_missions_and_parameters_get_through(tmp_path: Path, seed: int) -> None:
     values = {v.param_index: v for v in of(radio.tell(mavlink.MAVLink_param_request_list_message(1, 0)), "PARAM_VALUE")}
     for _ in range(40):
         values |= {v.param_index: v for v in of(radio.tick(), "PARAM_VALUE")}
+    values.pop(65535, None)  # their hash, which stands in no list
     for index in set(range(len(TABLE))) - set(values):
         answer = radio.ask(
             mavlink.MAVLink_param_request_read_message(1, 1, b"", index),

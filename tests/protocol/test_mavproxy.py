@@ -145,10 +145,15 @@ def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> Non
         station.expect("waypoint 2")
         station.say("mode hold")
         station.expect("Mode HOLD")
+        station.say("mode guided")
+        station.expect("Mode GUIDED")
+        station.say("guided forward 10")
+        station.expect("Going to a point 10 m away")
         station.say("mode rtl")
         station.expect("Mode RTL")
         station.say("disarm")
         station.expect("Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED")
+        assert "ARMED" in station.printed and "Arming checks disabled" not in station.printed
 
 
 def test_marks_fence_and_guided_limits_by_command(tmp_path: Path) -> None:

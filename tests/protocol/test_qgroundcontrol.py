@@ -82,7 +82,8 @@ def test_the_connect_sequence(desk: Desk) -> None:
     assert [m.uri for m in described] == ["mftp:///general.json"]
     assert desk.result(REQUEST, 395.0) == mavlink.MAV_RESULT_UNSUPPORTED
     before_s = desk.rig.now_s
-    values = of(desk.tell(mavlink.MAVLink_param_request_list_message(1, 0)), "PARAM_VALUE")
+    first, *values = of(desk.tell(mavlink.MAVLink_param_request_list_message(1, 0)), "PARAM_VALUE")
+    assert first.param_id == "_HASH_CHECK" and first.param_index == 65535
     while len(values) < len(TABLE):
         values += of(desk.tick(), "PARAM_VALUE")
         assert desk.rig.now_s - before_s < 2.0

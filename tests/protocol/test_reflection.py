@@ -72,7 +72,7 @@ class Far:
         return {message.get_type() for message in self.messages}
 
     def parameters(self) -> int:
-        return len({m.param_index for m in self.messages if m.get_type() == "PARAM_VALUE"})
+        return len({m.param_index for m in self.messages if m.get_type() == "PARAM_VALUE"} - {65535})
 
     def close(self) -> None:
         self._socket.close()

@@ -98,13 +98,14 @@ def sailed(run: BoatAfloat, hostile: Hostile, hours: float) -> None:
 
 
 class Faults:
-    """A `Recorder` of messages that a handler failed at."""
+    """A `Recorder` of what handlers and services failed at."""
 
     def __init__(self) -> None:
         self.texts: set[str] = set()
 
     def record(self, tick: Any) -> None:
-        self.texts |= {event.text for event in tick.events if event.name == "mavlink_handler_failed"}
+        failed = ("mavlink_handler_failed", "mavlink_service_failed", "telemetry_failed")
+        self.texts |= {event.text for event in tick.events if event.name in failed}
 
     def close(self) -> None: ...
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from urllib.parse import parse_qsl
 
@@ -33,13 +33,14 @@ class PortUrl:
     options: Mapping[str, str] = field(default_factory=dict)
 
 
-def parse_url(text: str) -> PortUrl:
-    """`scheme:address:number?key=value&…` → its parts. Raises TransportError with one line."""
+def parse_url(text: str, schemes: Sequence[str] = SCHEMES) -> PortUrl:
+    """`scheme:address:number?key=value&…` → its parts. Raises TransportError with one line. `schemes`: those that make
+    sense there; another one is refused as if nobody knew it."""
     body, _, query = text.strip().partition("?")
     scheme, colon, rest = body.partition(":")
-    if not colon or scheme not in SCHEMES:
-        known = ", ".join(name + ":" for name in SCHEMES)
-        raise TransportError(f"'{text}': should begin with one of {known}{_meant(text.strip(), scheme, rest)}")
+    if not colon or scheme not in schemes:
+        known = ", ".join(name + ":" for name in schemes)
+        raise TransportError(f"'{text}': should begin with one of {known}{_meant(text.strip(), scheme, rest, schemes)}")
     try:
         options = dict(parse_qsl(query, keep_blank_values=True, strict_parsing=True)) if query else {}
     except ValueError as error:
@@ -56,13 +57,13 @@ def parse_url(text: str) -> PortUrl:
     return PortUrl(scheme, host=address.removeprefix("[").removesuffix("]"), port=int(number), options=options)
 
 
-def _meant(text: str, scheme: str, rest: str) -> str:
+def _meant(text: str, scheme: str, rest: str, schemes: Sequence[str]) -> str:
     """The URL that was probably meant, to end a refusal with; empty where nobody knows."""
     if text.startswith("/dev/"):
         return f"; did you mean 'serial:{text}'?"
     if scheme in ("udp", "tcp") and rest:
         return f"; {scheme}out: sends to that address, {scheme}in: listens there"
-    return did_you_mean(scheme, SCHEMES)
+    return did_you_mean(scheme, schemes)
 
 
 def _serial_endpoint(text: str, rest: str, address: str, number: str, options: Mapping[str, str]) -> PortUrl:

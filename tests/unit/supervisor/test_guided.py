@@ -58,6 +58,29 @@ def test_a_single_velocity_moves_nothing(boat: Boat) -> None:
     assert boat.status.mode is ModeId.HOLD and not goes(boat)
 
 
+def test_velocities_once_a_second_are_a_stream_as_on_a_rover(boat: Boat) -> None:
+    """ArduPilot's pages ask for them every second, and a Rover stops 3 s after the last one."""
+    waiting(boat)
+    give(boat, WAY)
+    for _ in range(6):
+        boat.step(0.9)
+        give(boat, WAY)
+        assert boat.status.mode is ModeId.OFFBOARD
+    boat.step(1.0)  # one is lost
+    assert boat.status.mode is ModeId.OFFBOARD and not any("no setpoint" in text for text in boat.texts())
+    boat.step(2.2)
+    assert boat.status.mode is ModeId.HOLD and any("no setpoint for" in text for text in boat.texts())
+
+
+def test_a_fast_stream_that_ends_is_noticed_as_soon_as_on_other_links(boat: Boat) -> None:
+    waiting(boat)
+    for _ in range(20):
+        give(boat, WAY)
+    assert boat.status.mode is ModeId.OFFBOARD
+    boat.step(1.2)
+    assert boat.status.mode is ModeId.HOLD
+
+
 def test_another_choice_ends_the_waiting(boat: Boat) -> None:
     waiting(boat)
     assert boat.supervisor.hold_here(boat.now_s).accepted

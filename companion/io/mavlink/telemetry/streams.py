@@ -38,7 +38,7 @@ NEVER = -1.0
 _FASTEST_S = 0.02
 _TOTAL_BYTES_PER_S = 2500.0  # of all messages at default rates
 _TELEMETRY_SHARE = 0.6  # of a slow line; the rest is for answers
-_HEARTBEAT_ON_RADIO_S = 0.5  # two may be lost in a row, and the next still comes within 1.5 s
+_HEARTBEAT_ON_RADIO_S = 0.4  # two may be lost in a row and the next wait in the queue: it comes within 1.5 s
 _EARLY_S = 1e-3  # a tick may come so much before the time at which a message is due
 
 

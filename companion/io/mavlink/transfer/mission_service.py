@@ -35,10 +35,21 @@ class _Snapshot:
     used_s: float
 
 
+@dataclass(slots=True)
+class _Clearing:
+    """A clearing that is being stored: who asked for it, and as what, and which kinds are left."""
+
+    peer: Peer
+    asked: int
+    left: set[PlanKind]
+    refusal: PlanRefusal | None = None
+
+
 class MissionService:
     """Answers the messages of the mission protocol; sends MISSION_CURRENT to all when the item or a plan changes.
 
-    Remembers the uploads (see PlanReceiver) and, for each client and kind of plan, the plan that it is reading.
+    Remembers the uploads (see PlanReceiver), the clearings and, for each client and kind of plan, the plan that it is
+    reading.
     """
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
@@ -46,6 +57,7 @@ class MissionService:
         self._vessel = vessel
         self._store = PlanStore(vessel)
         self._receiver = PlanReceiver(hub, vessel, self._store, self._announce_current)
+        self._clearings: dict[PlanKind, _Clearing] = {}
         self._snapshots: dict[tuple[Peer, PlanKind], _Snapshot] = {}
         self._listings: set[tuple[Peer, PlanKind]] = set()  # asked for while that client's plan is being stored
         self.handles: Mapping[int, Handler] = {
@@ -84,11 +96,7 @@ class MissionService:
     def _edit(self, now_s: float) -> None:
         """Store what the transmitter changes in the mission, once nobody else's plan is being stored."""
         edits = self._vessel.supervisor.mission_edits
-        if self._store.busy(PlanKind.MISSION):
-            return
-        if edits.under_way:  # what a ground station sent meanwhile has taken its place
-            edits.settled(PlanRefusal(PlanResult.ERROR, "another mission came"), now_s)
-        if (items := edits.due()) is None:
+        if self._store.busy(PlanKind.MISSION) or (items := edits.due()) is None:
             return
 
         def settled(refusal: PlanRefusal | None, then_s: float) -> None:
@@ -107,9 +115,15 @@ class MissionService:
             self._receiver.on_count(kind, message.count, peer, now_s)
 
     def _forget(self, peer: Peer, kind: PlanKind) -> None:
-        """The client begins something new with that plan."""
+        """The client begins something new with that plan. It waits for no answer to its clearing any more: one that
+        came now would seem to be that of the upload, which many programs begin at once."""
         self._snapshots.pop((peer, kind), None)
         self._listings.discard((peer, kind))
+        clearing = self._clearings.get(kind)
+        if clearing is not None and clearing.peer == peer:
+            del self._clearings[kind]
+            clearing.left.discard(kind)
+            self._store.drop(kind)
 
     def _on_write_partial_list(self, message: Any, peer: Peer, now_s: float) -> None:
         kind = self._kind(message.mission_type, peer)
@@ -185,22 +199,40 @@ class MissionService:
         if kind is None and asked != _ALL_KINDS:
             return
         kinds = tuple(PlanKind) if kind is None else (kind,)
+        if all(one in self._clearings and self._clearings[one].peer == peer for one in kinds):
+            return  # it asks again
         if not all(self._receiver.claim(one, peer, now_s) for one in kinds):
             self._receiver.acknowledge(asked, peer, PlanResult.DENIED)
             return
         for one in kinds:
             self._forget(peer, one)
             self._receiver.end_uploads(one, peer, now_s)
+        clearing = _Clearing(peer, asked, set(kinds))
+        for one in kinds:
+            self._clear(clearing, one, now_s)
+
+    def _clear(self, clearing: _Clearing, kind: PlanKind, now_s: float) -> None:
+        """Empty one plan; answer once all of that clearing are empty, with a refusal if any of them stays."""
 
         def cleared(refusal: PlanRefusal | None, then_s: float) -> None:
-            if refusal is not None:
-                text = f"plan not cleared: {refusal.text}"
-                self._vessel.events.say(then_s, TextKind.REFUSAL, "plan_refused", text)
-            result = PlanResult.ACCEPTED if refusal is None else refusal.result
-            self._receiver.acknowledge(asked, peer, result)
-            self._announce_current(then_s)
+            if self._clearings.get(kind) is clearing:
+                del self._clearings[kind]
+            clearing.left.discard(kind)
+            clearing.refusal = clearing.refusal or refusal
+            if not clearing.left:
+                self._answer_clearing(clearing, then_s)
 
-        self._store.clear(kinds, cleared, now_s)
+        self._clearings[kind] = clearing
+        self._store.put(kind, (), cleared, now_s)
+
+    def _answer_clearing(self, clearing: _Clearing, now_s: float) -> None:
+        refusal = clearing.refusal
+        if refusal is not None:
+            text = f"plan not cleared: {refusal.text}"
+            self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_refused", text)
+        result = PlanResult.ACCEPTED if refusal is None else refusal.result
+        self._receiver.acknowledge(clearing.asked, clearing.peer, result)
+        self._announce_current(now_s)
 
     def _on_set_current(self, message: Any, peer: Peer, now_s: float) -> None:
         seq = max(message.seq - shift_of(PlanKind.MISSION, peer), 0)

@@ -8,7 +8,8 @@ without a request, and with MAVSDK (2.5 s).
 
 Items are requested as MISSION_ITEM_INT. ArduPilot asks by the old MISSION_REQUEST, and DroneKit and most scripts with
 pymavlink wait for nothing else: a client that leaves the requests for its first item unanswered is asked by both in
-turn, and from then on by the one that it answers. MAVSDK refuses the old form as unsupported, as PX4 knows it.
+turn, also where it begins again meanwhile, and from then on by the one that it answers. MAVSDK refuses the old form as
+unsupported, as PX4 knows it.
 """
 
 from __future__ import annotations
@@ -103,6 +104,7 @@ class PlanReceiver:
             self._deny(kind, peer, now_s)
             return
         heard_s, begun_s = self._since(kind, peer, now_s)
+        old_form = self._was_asked_in_vain(kind, peer)
         self.end_uploads(kind, peer, now_s)
         self._finished.pop((peer, kind), None)
         shift = shift_of(kind, peer)
@@ -113,7 +115,7 @@ class PlanReceiver:
             self._uploads[kind] = _Upload(peer, kind, shift, 0, 0, now_s, now_s)
             self._commit(self._uploads[kind], now_s)
         else:
-            self._start(_Upload(peer, kind, shift, 0, count, heard_s, begun_s), now_s)
+            self._start(_Upload(peer, kind, shift, 0, count, heard_s, begun_s, old_form=old_form), now_s)
 
     def on_partial(self, kind: PlanKind, first: int, last: int, peer: Peer, now_s: float) -> None:
         """MISSION_WRITE_PARTIAL_LIST: change some items of the plan. `last` may lie past the end, as from MAVProxy."""
@@ -193,9 +195,10 @@ class PlanReceiver:
 
     def claim(self, kind: int, peer: Peer, now_s: float) -> bool:
         """Whether this client may upload or clear a plan of this kind. Another one that is uploading it goes on, unless
-        it sends nothing useful, or this one is trusted and it is not: then its upload ends."""
+        it sends nothing useful, or this one is trusted and it is not: then its upload ends. A whole plan is put in
+        force first, also that of a client that has left."""
         upload = self._uploads.get(kind)
-        if upload is None or upload.peer == peer or upload.peer.endpoint.gone:
+        if upload is None or upload.peer == peer or (upload.peer.endpoint.gone and not upload.complete):
             return True
         if not self._yields(upload, peer, now_s):
             return False
@@ -223,6 +226,14 @@ class PlanReceiver:
         if upload is None or upload.peer != peer or upload.complete:
             return now_s, now_s
         return upload.heard_s, upload.begun_s
+
+    def _was_asked_in_vain(self, kind: int, peer: Peer) -> bool:
+        """Whether this client begins again after requests by MISSION_REQUEST_INT that it did not answer. Who does so
+        twice a second would never be asked by the other form."""
+        upload = self._uploads.get(kind)
+        if upload is None or upload.peer != peer or upload.form_known:
+            return False
+        return upload.retries > 0 and not upload.asked_old
 
     def is_storing(self, kind: int, peer: Peer) -> bool:
         """Whether this client has sent a whole plan of this kind, which is being checked and stored."""
@@ -316,7 +327,7 @@ class PlanReceiver:
         if refusal is not None:
             self._end_refused(upload, refusal, now_s)
             return
-        del self._uploads[upload.kind]
+        self._forget(upload)
         plan_id = self._vessel.plans.plan_id(upload.kind)
         answer = self.acknowledge(upload.kind, upload.peer, PlanResult.ACCEPTED, plan_id)
         if upload.end:
@@ -325,12 +336,17 @@ class PlanReceiver:
 
     def _drop(self, upload: _Upload) -> None:
         """Forget an upload that its client has given up."""
-        del self._uploads[upload.kind]
+        self._forget(upload)
         if upload.complete:
             self._store.drop(upload.kind)
 
+    def _forget(self, upload: _Upload) -> None:
+        """It is over. Another one in its place goes on."""
+        if self._uploads.get(upload.kind) is upload:
+            del self._uploads[upload.kind]
+
     def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
-        del self._uploads[upload.kind]
+        self._forget(upload)
         last_seq = min(upload.expected, upload.end - 1)
         answer = self._refuse(upload.kind, upload.peer, refusal, now_s)
         self._finish(upload, last_seq, answer, now_s)

@@ -6,6 +6,11 @@ as the float of the same value (ArduPilot).
 A value is in force as soon as it is set, and acknowledged when it is on the medium: PARAM_VALUE to all. Where it cannot
 be stored, the client gets PARAM_ERROR and a text. The value stays in force, and PARAM_VALUE follows once the medium
 takes it.
+
+QGroundControl keeps the parameters of a PX4 vehicle, and loads them from its cache where their hash is still the same.
+It asks for the hash by name, or finds it before the list (5.0 and older), and ends the list by setting it. While the
+boat is armed, its newer versions load the parameters in no other way. Source: PX4, `param_hash_check` and
+`MavlinkParametersManager`; QGroundControl, `ParameterManager::_tryCacheHashLoad`.
 """
 
 from __future__ import annotations
@@ -19,11 +24,14 @@ from typing import Any
 
 from companion.core.decision import TextKind
 from companion.core.storing import Ticket
+from companion.io.mavlink.transfer.component_metadata import crc32
 from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.actions import HASH_CHECK
 from companion.io.mavlink.wire.framer import pack
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 from companion.params.spec import ParamRefusal, ParamSpec, ParamType
+from companion.params.store import Parameters
 
 LIST_RATE_HZ = 400.0
 LIST_BURST = 40.0
@@ -31,15 +39,17 @@ LIST_SHARE = 0.5  # of a slow line; the rest is for telemetry
 _MOST_LISTINGS = 64  # at a time; of more the oldest ends, and its client asks for what it misses
 _VALUE_BYTES = 37  # a framed PARAM_VALUE
 _NO_INDEX = -1
-_FLOAT, _INT32 = struct.Struct("<f"), struct.Struct("<i")
+_INDEX_OF_NONE = 0xFFFF  # in PARAM_VALUE, of what stands in no list
+_FLOAT, _INT32, _UINT32 = struct.Struct("<f"), struct.Struct("<i"), struct.Struct("<I")
 _REAL32_TYPE = 9  # MAV_PARAM_TYPE
 _INT32_TYPE = 6
+_UINT32_TYPE = 5
 _WHOLE_NUMBERS = {
     1: struct.Struct("<B"),
     2: struct.Struct("<b"),
     3: struct.Struct("<H"),
     4: struct.Struct("<h"),
-    5: struct.Struct("<I"),
+    5: _UINT32,
     6: _INT32,
 }
 
@@ -66,18 +76,19 @@ class _Change:
 
 @dataclass(slots=True)
 class _Listing:
-    """The list of parameters that is being sent to one client."""
+    """The list of parameters that is being sent to one client. `hash_due`: their hash comes before it."""
 
     next_index: int
     allowance: float
     since_s: float
+    hash_due: bool = False
 
 
 class ParameterService:
     """Answers PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET with PARAM_VALUE (to all when a value changed), or
     with PARAM_ERROR to the client.
 
-    Remembers how far each client's list was sent, and which changes are not acknowledged yet.
+    Remembers how far each client's list was sent, which changes are not acknowledged yet, and the hash of the values.
     """
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
@@ -89,6 +100,7 @@ class ParameterService:
         self._listings: dict[Peer, _Listing] = {}
         self._changes: dict[str, _Change] = {}
         self._touched: list[str] = []  # by the change that is being made
+        self._hash: tuple[int, int] | None = None  # with the version of the values that it is of
         self._parameters.on_change(lambda name, _value: self._touched.append(name))
         self._parameters.after_change(self._note_changes)
         self.handles: Mapping[int, Handler] = {
@@ -124,12 +136,17 @@ class ParameterService:
         if listing is None:
             if len(self._listings) >= _MOST_LISTINGS:
                 del self._listings[next(iter(self._listings))]
-            listing = self._listings[peer] = _Listing(0, LIST_BURST, now_s)
+            listing = _Listing(0, LIST_BURST, now_s, hash_due=peer.endpoint.persona.has_parameter_hash)
+            self._listings[peer] = listing
         listing.next_index = 0
         self._send_due(peer, listing)
 
     def _send_due(self, peer: Peer, listing: _Listing) -> None:
         count = len(self._parameters.specs)
+        if listing.hash_due and not peer.endpoint.busy:
+            listing.hash_due = False
+            listing.allowance -= 1.0
+            self._hub.send(peer, self._hash_message())
         while listing.next_index < count and listing.allowance >= 1.0 and not peer.endpoint.busy:
             self._hub.send(peer, self._value_message(listing.next_index, peer.endpoint.persona.bytewise_parameters))
             listing.next_index += 1
@@ -139,6 +156,9 @@ class ParameterService:
 
     def _on_request_read(self, message: Any, peer: Peer, now_s: float) -> None:
         index = message.param_index
+        if index == _NO_INDEX and _is_hash(message, peer):
+            self._hub.send(peer, self._hash_message())
+            return
         if index == _NO_INDEX:
             index = self._parameters.index.get(message.param_id, _NO_INDEX)
         if 0 <= index < len(self._parameters.specs):
@@ -148,6 +168,9 @@ class ParameterService:
 
     def _on_set(self, message: Any, peer: Peer, now_s: float) -> None:
         name = message.param_id
+        if _is_hash(message, peer):
+            self._listings.pop(peer, None)
+            return
         spec = self._parameters.spec(name)
         if spec is None:
             self._send_error(peer, name, _NO_INDEX, ParamError.DOES_NOT_EXIST)
@@ -204,12 +227,37 @@ class ParameterService:
         value, kind = encoded(spec, self._parameters[spec.name], bytewise)
         return mavlink.MAVLink_param_value_message(self._names[index], value, kind, len(self._names), index)
 
+    def _hash_message(self) -> Any:
+        """The hash as PX4 sends it: its bits in the float field, beside the number of parameters."""
+        version = self._parameters.version
+        if self._hash is None or self._hash[0] != version:
+            self._hash = version, parameter_hash(self._parameters)
+        bits: float = _FLOAT.unpack(_UINT32.pack(self._hash[1]))[0]
+        return mavlink.MAVLink_param_value_message(
+            HASH_CHECK.encode(), bits, _UINT32_TYPE, len(self._names), _INDEX_OF_NONE
+        )
+
     def _send_error(self, peer: Peer, name: str, index: int, error: ParamError) -> None:
         identifier = name.encode("ascii", "replace")[:16]
         self._hub.send(peer, mavlink.MAVLink_param_error_message(peer.system, peer.component, identifier, index, error))
 
     def _announce_refusal(self, now_s: float, text: str) -> None:
         self._vessel.events.say(now_s, TextKind.REFUSAL, "parameter_refused", text)
+
+
+def parameter_hash(parameters: Parameters) -> int:
+    """PX4's hash of all parameters: MAVLink's CRC32 over each name and the four bytes of its value, by name. PX4 leaves
+    out what its metadata calls volatile; here nothing is."""
+    data = bytearray()
+    for spec in parameters.specs:
+        value = parameters[spec.name]
+        data += spec.name.encode()
+        data += _INT32.pack(int(value)) if spec.type is ParamType.INT32 else _FLOAT.pack(value)
+    return crc32(bytes(data))
+
+
+def _is_hash(message: Any, peer: Peer) -> bool:
+    return bool(message.param_id == HASH_CHECK) and peer.endpoint.persona.has_parameter_hash
 
 
 def encoded(spec: ParamSpec, value: float, bytewise: bool) -> tuple[float, int]:

@@ -5,10 +5,9 @@ A plan that cannot be stored does not come into force; the old one stays, on the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
-from functools import partial
 
 from companion.config.reversing import stern_first_refusal
 from companion.core.storing import Ticket
@@ -59,8 +58,11 @@ class PlanStore:
         base: tuple[PlanItem, ...] | None = None,
     ) -> None:
         """Put `items` in force, each of which has passed `check_item`; then call `done(refusal, now_s)`, at once where
-        nothing takes time. `base`: the plan that they are a change of."""
+        nothing takes time. `base`: the plan that they are a change of. A change that is not done ends refused."""
+        overtaken = self._changes.get(kind)
         self.drop(kind)
+        if overtaken is not None:
+            overtaken.done(PlanRefusal(PlanResult.ERROR, "another plan came meanwhile"), now_s)
         kept = tuple(items)
         if not kept and not self._vessel.plans.items(kind):
             done(None, now_s)
@@ -71,21 +73,6 @@ class PlanStore:
     def busy(self, kind: PlanKind) -> bool:
         """Whether a plan of that kind is being checked and stored."""
         return kind in self._changes
-
-    def clear(self, kinds: Iterable[PlanKind], done: Done, now_s: float) -> None:
-        """Empty those plans; then call `done` once, with a refusal if any of them stays."""
-        left = set(kinds)
-        refusals: list[PlanRefusal] = []
-
-        def cleared(kind: PlanKind, refusal: PlanRefusal | None, then_s: float) -> None:
-            left.discard(kind)
-            if refusal is not None:
-                refusals.append(refusal)
-            if not left:
-                done(refusals[0] if refusals else None, then_s)
-
-        for kind in tuple(left):
-            self.put(kind, (), partial(cleared, kind), now_s)
 
     def drop(self, kind: PlanKind) -> None:
         """Give up a change that is not done; the plan in force stays."""

@@ -14,6 +14,7 @@ from companion.supervisor.authority import RequestedAction
 
 REQUEST_OPERATOR_CONTROL = 32100  # MAV_CMD, which pymavlink's `common` lacks
 DO_SEND_BANNER = 42428  # MAV_CMD of ArduPilot's dialect
+HASH_CHECK = "_HASH_CHECK"  # PX4's name for the hash of all parameters; whoever sets it wants no list any more
 _PERMISSION_DENIED = 3  # MAV_PARAM_ERROR
 _NO_INDEX = -1
 
@@ -66,6 +67,8 @@ def action_of(message: Any) -> RequestedAction:
     number = message.get_msgId()
     if number in _ITEMS and message.current == GO_THERE:
         return RequestedAction.COMMAND
+    if number == mavlink.MAVLINK_MSG_ID_PARAM_SET and message.param_id == HASH_CHECK:
+        return RequestedAction.READ
     if number not in _COMMANDS:
         return CONTROLLING.get(number, RequestedAction.READ)
     if message.command in READING:

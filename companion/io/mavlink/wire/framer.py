@@ -17,7 +17,7 @@ from typing import Any
 
 from fastcrc import crc16
 
-from companion.io.mavlink.wire.messages import CONTROL_STATUS_OWNERS, MESSAGES
+from companion.io.mavlink.wire.messages import MESSAGES
 
 _MARKER_1, _MARKER_2 = 0xFE, 0xFD
 _SIGNED = 0x01
@@ -95,7 +95,7 @@ def pack(message: Any) -> Packed:
     payload: bytes = cls.unpacker.pack(*_wire_values(cls)(message))
     if payload[-1] == 0:
         payload = payload.rstrip(b"\x00") or b"\x00"
-    return Packed(cls.id, bytes((cls.crc_extra,)), payload, cls is CONTROL_STATUS_OWNERS)
+    return Packed(cls.id, bytes((cls.crc_extra,)), payload, getattr(cls, "another_form", False))
 
 
 def frame(packed: Packed, sequence: int, system: int, component: int) -> bytes:

@@ -198,7 +198,7 @@ class Hub:
         if self.vessel.waker is not None and any(self._received):
             self.vessel.waker.ring()
         for service in self._answering:
-            service.answer(now_s)
+            self._let(service, service.answer, now_s)
         self._tell_changes(now_s)
         self._flush(now_s)
 
@@ -208,9 +208,17 @@ class Hub:
         self._supervisor_version = self.vessel.supervisor.version
         self.telemetry.publish(tick)
         for service in self._services:
-            service.update(tick.t_s)
+            self._let(service, service.update, tick.t_s)
         self._tell_changes(tick.t_s)
         self._flush(tick.t_s)
+
+    def _let(self, service: object, work: Callable[[float], None], now_s: float) -> None:
+        """Let a service do its work. Where it fails, that is an event: what clients ask for may not stop the boat."""
+        try:
+            work(now_s)
+        except Exception as error:  # noqa: BLE001  as of a handler
+            text = f"{type(service).__name__} not served: {type(error).__name__}: {error}"
+            self.vessel.events.say(now_s, TextKind.FAULT, "mavlink_service_failed", text)
 
     def health(self, now_s: float) -> Sequence[DeviceHealth]:
         """The health of each link."""
@@ -333,12 +341,15 @@ class Hub:
                 )
 
     def _has_our_address(self, message: Any, now_s: float) -> bool:
-        """Whether the sender is this boat by its address. If it is another vehicle, that is announced."""
+        """Whether the sender is this boat by its address. If it is another vehicle or a client, that is announced."""
         if (message.get_srcSystem(), message.get_srcComponent()) != (self.system, COMPONENT):
             return False
         if self._twin.take(message, now_s):
             text = f"Another vehicle has system id {self.system}: set MAV_SYS_ID"
             self.vessel.events.say(now_s, TextKind.ATTENTION, "same_system_id", text)
+        elif self._is_ours(message) and self._twin.take_client(message, now_s):
+            text = f"Client with our ids {self.system}/1 ignored: give it others"
+            self.vessel.events.say(now_s, TextKind.ATTENTION, "same_address", text)
         return True
 
     def _prove(self, peer: Peer, proof: Proof, message: Any, now_s: float) -> None:

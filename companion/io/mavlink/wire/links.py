@@ -69,6 +69,7 @@ __all__ = [
 ]
 
 SILENCE_S = 0.3  # after so long a pause inside a frame, a serial line will not finish that frame
+_SCHEMES = tuple(scheme for scheme in urls.SCHEMES if scheme != "can")
 _RECEIVES = 64  # datagrams read in one call, at most
 
 
@@ -105,12 +106,12 @@ def judge_url(url: str) -> None:
 
 
 def _parsed(url: str) -> urls.PortUrl:
+    if url.strip().startswith("can:"):
+        raise LinkError(f"'{url}': MAVLink does not go over CAN")
     try:
-        parsed = urls.parse_url(url)
+        parsed = urls.parse_url(url, _SCHEMES)
     except urls.TransportError as error:
         raise LinkError(str(error)) from error
-    if parsed.scheme == "can":
-        raise LinkError(f"'{url}': MAVLink does not go over CAN")
     if parsed.host:
         try:
             transport.check_host(url, parsed.host)

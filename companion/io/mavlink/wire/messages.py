@@ -205,8 +205,8 @@ def _constructor(cls_name: str, fields: list[_Field]) -> Any:
     return __init__
 
 
-def _message_class(name: str, number: int, text: str) -> Any:
-    """A message class as pymavlink generates it."""
+def _message_class(name: str, number: int, text: str, another_form: bool = False) -> Any:
+    """A message class as pymavlink generates it. `another_form`: of a message that is sent just before it."""
     fields = list(_fields(text))
     wire = _wire_order(fields)
     cls_name = f"MAVLink_{name.lower()}_message"
@@ -227,6 +227,7 @@ def _message_class(name: str, number: int, text: str) -> Any:
         "unpacker": struct.Struct("<" + "".join(field.format for field in wire)),
         "instance_field": None,
         "instance_offset": -1,
+        "another_form": another_form,
         "__init__": _constructor(cls_name, fields),
         "__doc__": f"{name} #{number}: {text}",
     }
@@ -234,7 +235,7 @@ def _message_class(name: str, number: int, text: str) -> Any:
 
 
 CONTROL_STATUS_OWNERS: Any = _message_class(
-    "CONTROL_STATUS", 512, "uint8_t flags, uint8_t gcs_main, uint8_t[10] gcs_secondary"
+    "CONTROL_STATUS", 512, "uint8_t flags, uint8_t gcs_main, uint8_t[10] gcs_secondary", another_form=True
 )
 """CONTROL_STATUS with another checksum, for ground stations that know this form and not the one in MESSAGES."""
 _OWN: dict[int, Any] = {number: _message_class(name, number, text) for name, number, text in _SPECS}

@@ -51,6 +51,7 @@ class Persona:
     come when they change or are asked for, not regularly.
     `overrides`: channels of surge, sway and yaw in RC_CHANNELS_OVERRIDE; None: those of PX4's sticks.
     `calibrates_by_messages`: it reports a compass calibration as MAG_CAL messages (ArduPilot), else as texts (PX4).
+    `has_parameter_hash`: its clients keep the parameters, and ask for their hash to know whether they still hold.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Persona:
     calibrates_by_messages: bool = False
     overrides: tuple[int, int, int] | None = None
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
+    has_parameter_hash: bool = False
     has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
     unknown: frozenset[int] = frozenset()
     aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood too
@@ -102,6 +104,7 @@ PX4 = Persona(
     _PX4_MODES,
     bytewise_parameters=True,
     home_is_item_zero=False,
+    has_parameter_hash=True,
     unknown=_OF_ARDUPILOT,
     aliases=_PX4_ALIASES,
 )

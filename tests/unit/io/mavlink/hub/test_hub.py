@@ -23,6 +23,7 @@ class Recorder:
         self.taken: list[tuple[Any, Any, float]] = []
         self.updates: list[float] = []
         self.error: Exception | None = None
+        self.fails: Exception | None = None  # in its own work
 
     @property
     def handles(self) -> Mapping[int, Any]:
@@ -35,6 +36,11 @@ class Recorder:
 
     def update(self, now_s: float) -> None:
         self.updates.append(now_s)
+        self.answer(now_s)
+
+    def answer(self, now_s: float) -> None:
+        if self.fails is not None:
+            raise self.fails
 
 
 @pytest.fixture
@@ -113,6 +119,18 @@ def test_a_failing_handler_becomes_an_event_and_the_next_message_is_served(
     assert {event.name for event in events} == {"mavlink_handler_failed"}
     assert [event.text.split()[0] for event in events] == ["PING", "SET_MODE"]
     assert all(event.severity is Severity.ERROR for event in events)
+
+
+def test_a_service_that_fails_becomes_an_event_and_the_others_go_on(
+    recording: Any, recorder: list[Recorder], named: Any
+) -> None:
+    recorder[0].fails = KeyError("odd")
+    recording.run(1.0)
+    heard = recording.desk.hear()
+    assert len(named(heard, "HEARTBEAT")) >= 1 and len(recorder[0].updates) == 10
+    assert [m.text for m in named(heard, "STATUSTEXT")] == ["Recorder not served: KeyError: 'odd'"]
+    recording.ask(ping(1, 1))
+    assert len(recorder[0].taken) == 1
 
 
 def test_services_are_updated_each_tick(recording: Any, recorder: list[Recorder]) -> None:
@@ -234,9 +252,8 @@ def test_no_payload_of_any_message_gets_past_the_hub(number: int, payload: bytes
     crc = common.x25crc((head + payload)[1:] + bytes((cls.crc_extra,))).crc
     rig.desk.link.to_vessel(head + payload + bytes((crc & 0xFF, crc >> 8)))
     rig.tick()
-    assert [
-        event for event in rig.vessel.last_tick.events if event.name in ("mavlink_handler_failed", "telemetry_failed")
-    ] == []
+    failed = ("mavlink_handler_failed", "mavlink_service_failed", "telemetry_failed")
+    assert [event for event in rig.vessel.last_tick.events if event.name in failed] == []
 
 
 _RIG: list[Any] = []

@@ -133,6 +133,9 @@ def test_reading_and_stopping_stay_open(two: Any) -> None:
         == "PARAM_VALUE"
     )
     assert two.ask(mavlink.MAVLink_mission_request_list_message(1, 1, 0), desk=1)[0].get_type() == "MISSION_COUNT"
+    two.ask(mavlink.MAVLink_param_request_list_message(1, 1), desk=1)
+    cached = mavlink.MAVLink_param_set_message(1, 1, b"_HASH_CHECK", 0.0, 5)
+    assert two.ask(cached, desk=1) == [], "a ground station that has the parameters wants no list"
     two.supervisor.change(armed=True)
     assert ack(two, DISARM, 1) == ACCEPTED and not two.supervisor.now.armed
     two.supervisor.change(armed=True)

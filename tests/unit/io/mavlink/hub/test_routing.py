@@ -119,6 +119,27 @@ def test_another_vehicle_with_our_system_id_is_told_of(wires: Wires) -> None:
         assert [event.text for event in rig.vessel.events.drain()] == texts
 
 
+def test_a_client_with_our_address_is_told_of_once_and_not_obeyed(wires: Wires) -> None:
+    """Of what comes back of our own (here: requests and answers to somebody aboard) nothing is said."""
+    rig = wires.rig
+    for own in (
+        mavlink.MAVLink_command_long_message(1, 100, 512, 0, 259.0, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_command_ack_message(400, 0, target_system=1, target_component=0),
+        mavlink.MAVLink_mission_count_message(1, 0, 3, 0),
+        mavlink.MAVLink_mission_request_int_message(1, 0, 0, 0),
+        mavlink.MAVLink_param_value_message(b"WP_SPEED", 0.5, 9, 400, 7),
+    ):
+        wires.put(0, packet(own, 1, 1))
+    assert [event.text for event in rig.vessel.events.drain()] == []
+    for n in range(5):
+        rig.now_s += 1.0
+        arm = mavlink.MAVLink_command_long_message(1, 0, 400, n, 1.0, 0, 0, 0, 0, 0, 0)
+        listing = mavlink.MAVLink_param_request_list_message(1, 1)
+        wires.put(0, packet(arm, 1, 1, n), packet(listing, 1, 1, n))
+    assert [event.text for event in rig.vessel.events.drain()] == ["Client with our ids 1/1 ignored: give it others"]
+    assert rig.supervisor.asked == []
+
+
 def test_keys_and_the_modems_own_word_stay_where_they_came_in(wires: Wires) -> None:
     wires.put(1, packet(heartbeat(11), 42, 1))
     key = mavlink.MAVLink_setup_signing_message(42, 1, list(range(32)), 5)

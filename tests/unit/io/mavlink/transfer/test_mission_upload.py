@@ -93,6 +93,19 @@ def test_a_client_that_knows_the_old_request_only_uploads_all_the_same(desk: Des
     assert [r.type for r in desk.replies() if r.get_type() == "MISSION_ACK"] == [PlanResult.ACCEPTED]
 
 
+def test_a_client_that_begins_again_twice_a_second_is_asked_by_the_old_request_too(desk: Desk) -> None:
+    asked: list[str] = []
+    for _ in range(4):
+        desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0))
+        asked.append(desk.replies()[0].get_type())
+        desk.wait(0.4)
+        desk.heard()
+    assert asked == ["MISSION_REQUEST_INT", "MISSION_REQUEST"] * 2
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0))
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0))
+    assert {r.get_type() for r in desk.replies()} == {"MISSION_REQUEST_INT"}, "not for a doubled packet"
+
+
 def test_a_client_that_answered_is_asked_in_the_same_form_whatever_is_lost(desk: Desk) -> None:
     desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 3, 0))
     desk.tell(item_int(waypoint(0)))

@@ -9,14 +9,19 @@ from typing import Any
 import pytest
 
 from companion.core.storing import Stored, Ticket
-from companion.io.mavlink.transfer.parameter_service import ParameterService
+from companion.io.mavlink.transfer.parameter_service import ParameterService, parameter_hash
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.hub import Peer
+from companion.io.mavlink.wire.personas import GENERIC
+from companion.params.spec import integer, real
+from companion.params.store import Parameters
 from tests.unit.io.mavlink.conftest import Desk
 from tests.unit.io.mavlink.slow_storage import SlowStorage
 
-REAL32, INT32 = 9, 6
+REAL32, INT32, UINT32 = 9, 6, 5
+HASH = "_HASH_CHECK"
+NO_PLACE = 65535  # param_index of what stands in no list
 VALUE, ERROR = mavlink.MAVLINK_MSG_ID_PARAM_VALUE, mavlink.MAVLINK_MSG_ID_PARAM_ERROR
 
 
@@ -37,6 +42,10 @@ def setting(name: str, value: float, kind: int) -> Any:
     return mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, kind)
 
 
+def as_bits(message: Any) -> int:
+    return int(struct.unpack("<I", struct.pack("<f", message.param_value))[0])
+
+
 def listed(desk: Desk, peer: Peer, wait_s: float = 2.0) -> list[Any]:
     desk.tell(mavlink.MAVLink_param_request_list_message(1, 0), peer)
     desk.wait(wait_s)
@@ -45,9 +54,30 @@ def listed(desk: Desk, peer: Peer, wait_s: float = 2.0) -> list[Any]:
     return [message for _, message in heard]
 
 
+def asked_hash(desk: Desk, peer: str = "qgc") -> Any:
+    desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, HASH.encode(), -1), desk.peer(peer))
+    ((to, answer),) = desk.heard()
+    assert to == desk.peer(peer)
+    return answer
+
+
+def hash_of_cache(values: list[Any]) -> int:
+    """As QGroundControl computes it: over what it kept of the list, sorted by name, each name and four bytes of value.
+    The CRC bit by bit: reflected 0x04C11DB7, from 0, not inverted."""
+    state = 0
+    for value in sorted(values, key=lambda one: str(one.param_id)):
+        for byte in value.param_id.encode() + struct.pack("<f", value.param_value):
+            state ^= byte
+            for _ in range(8):
+                state = state >> 1 ^ (0xEDB88320 if state & 1 else 0)
+    return state
+
+
 @pytest.mark.parametrize("name", ["qgc", "rover"])
 def test_the_list_is_whole_and_in_order(desk: Desk, name: str) -> None:
     values = listed(desk, desk.peer(name))
+    if name == "qgc":
+        assert values.pop(0).param_id == HASH
     specs = desk.parameters.specs
     assert [v.param_id for v in values] == [spec.name for spec in specs]
     assert [v.param_index for v in values] == list(range(len(specs)))
@@ -86,7 +116,8 @@ def test_two_ground_stations_have_a_list_each(desk: Desk) -> None:
     desk.wait(2.0)
     heard = desk.heard()
     for name in ("qgc", "other"):
-        assert [m.param_index for to, m in heard if to == desk.peer(name)] == list(range(len(desk.parameters.specs)))
+        indices = [m.param_index for to, m in heard if to == desk.peer(name)]
+        assert indices == [NO_PLACE, *range(len(desk.parameters.specs))]
 
 
 def test_a_slow_line_is_not_filled(desk: Desk) -> None:
@@ -105,6 +136,65 @@ def test_a_line_that_is_gone_gets_no_list(desk: Desk) -> None:
     desk.peer("qgc").endpoint.gone = True
     desk.wait(1.0)
     assert desk.heard() == []
+
+
+def test_the_hash_before_the_list_is_that_of_the_cache(desk: Desk) -> None:
+    assert desk.parameters.set("COM_FLTMODE1", -1) is None and desk.parameters.set("WP_SPEED", 0.7) is None
+    desk.wait(0.1)
+    desk.heard()
+    first, *values = listed(desk, desk.peer("qgc"))
+    assert (first.param_id, first.param_type, first.param_count) == (HASH, UINT32, len(desk.parameters.specs))
+    assert first.param_index == NO_PLACE
+    assert as_bits(first) == hash_of_cache(values)
+
+
+def test_the_hash_by_name_follows_the_values(desk: Desk) -> None:
+    values = listed(desk, desk.peer("qgc"))[1:]
+    before = asked_hash(desk)
+    assert (before.id, before.param_id, before.param_type, before.param_index) == (VALUE, HASH, UINT32, NO_PLACE)
+    assert as_bits(before) == hash_of_cache(values)
+    assert desk.parameters.set("WP_SPEED", 0.7) is None
+    desk.wait(0.1)
+    desk.heard()
+    changed = asked_hash(desk)
+    assert as_bits(changed) != as_bits(before)
+    assert as_bits(changed) == hash_of_cache(listed(desk, desk.peer("qgc"))[1:])
+    desk.parameters.reset()
+    desk.wait(0.1)
+    desk.heard()
+    assert as_bits(asked_hash(desk)) == as_bits(before)
+
+
+def test_the_hash_differs_where_a_name_or_a_type_does() -> None:
+    rows = [real("ONE", 1.0, 0.0, 9.0, "", "A", ""), integer("TWO", 2, 0, 9, "", "A", "")]
+    others = [
+        [rows[0], integer("TOW", 2, 0, 9, "", "A", "")],
+        [rows[0], real("TWO", 2.0, 0.0, 9.0, "", "A", "")],
+        rows[:1],
+    ]
+    assert parameter_hash(Parameters(table=rows)) == parameter_hash(Parameters(table=rows[::-1]))
+    assert parameter_hash(Parameters(table=rows)) not in [parameter_hash(Parameters(table=other)) for other in others]
+
+
+def test_setting_the_hash_ends_the_list_without_a_word(desk: Desk) -> None:
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 1))
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 1), desk.peer("other"))
+    bits = as_bits(desk.replies()[0])
+    desk.tell(setting(HASH, as_float(bits, "<I"), UINT32))
+    desk.wait(2.0)
+    heard = desk.heard()
+    assert {to for to, _ in heard} == {desk.peer("other")}, "the other one's list goes on"
+    assert {m.id for _, m in heard} == {VALUE} and desk.texts() == []
+
+
+@pytest.mark.parametrize("name", ["rover", "plain"])
+def test_clients_of_other_personas_have_no_hash(desk: Desk, name: str) -> None:
+    desk.add_peer("plain", Peer(Endpoint("plain", GENERIC, lambda data, now_s: len(data)), 255, 190))
+    assert {m.param_id for m in listed(desk, desk.peer(name))} == {spec.name for spec in desk.parameters.specs}
+    answer = asked_hash(desk, name)
+    assert (answer.id, answer.error, answer.param_id) == (ERROR, 1, HASH)
+    desk.tell(setting(HASH, 1.0, REAL32), desk.peer(name))
+    assert [(m.id, m.error) for m in desk.replies()] == [(ERROR, 1)]
 
 
 def test_read_by_name_and_by_index(desk: Desk) -> None:
@@ -221,7 +311,7 @@ def test_the_reason_names_the_remedy(desk: Desk) -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["NO_SUCH_NAME", "wp_speed", "SIXTEEN_CHARS_XX", "_HASH_CHECK", ""])
+@pytest.mark.parametrize("name", ["NO_SUCH_NAME", "wp_speed", "SIXTEEN_CHARS_XX", "_HASH_CHECKS", ""])
 def test_an_unknown_name_cannot_be_set(desk: Desk, name: str) -> None:
     desk.tell(setting(name, 1.0, REAL32))
     ((to, error),) = desk.heard()

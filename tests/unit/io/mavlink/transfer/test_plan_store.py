@@ -186,6 +186,45 @@ def test_another_client_waits_until_the_plan_is_stored(slow: Slow) -> None:
     assert answer.type == PlanResult.DENIED and len(slow.seqs) == 1
 
 
+def test_nor_does_one_who_left_before_his_plan_was_stored_make_room_meanwhile(slow: Slow) -> None:
+    slow.upload([waypoint(0, x=7)], peer="other")
+    slow.desk.peer("other").endpoint.gone = True
+    slow.desk.tell(COUNT(1, 1, 2, 0))
+    (answer,) = slow.desk.replies()
+    assert answer.type == PlanResult.DENIED
+    slow.worker.work()
+    slow.advance()
+    slow.storage.settle()
+    slow.advance()
+    assert slow.seqs == [7]
+    assert kinds(slow.upload([waypoint(0, x=9)])) == [], "now there is room"
+    slow.worker.work()
+    slow.advance()
+    slow.storage.settle()
+    assert kinds(slow.advance()) == ["MISSION_ACK"] and slow.seqs == [9]
+
+
+@pytest.mark.parametrize("then", ["an upload", "a clearing"])
+def test_a_clearing_that_another_change_overtakes_is_answered_all_the_same(slow: Slow, then: str) -> None:
+    slow.desk.tell(CLEAR(1, 1, 0), slow.desk.peer("other"))
+    slow.worker.work()
+    slow.service.answer(slow.desk.now_s)
+    if then == "an upload":
+        slow.desk.tell(COUNT(1, 1, 1, 0))
+        slow.desk.tell(item_int(waypoint(0, x=9)))
+    else:
+        slow.desk.tell(CLEAR(1, 1, 0))
+    slow.worker.work()
+    slow.service.answer(slow.desk.now_s)
+    slow.storage.settle()
+    slow.service.answer(slow.desk.now_s)
+    assert [(to, m.type) for to, m in slow.desk.heard() if m.get_type() == "MISSION_ACK"] == [
+        (slow.desk.peer("other"), PlanResult.ERROR),
+        (slow.desk.peer("qgc"), PlanResult.ACCEPTED),
+    ]
+    assert slow.seqs == ([9] if then == "an upload" else [])
+
+
 def test_clearing_everything_is_answered_once_all_is_stored(slow: Slow) -> None:
     slow.desk.plans.replace(RALLY, [waypoint(0, command=5100)])
     slow.desk.tell(CLEAR(1, 1, 255))

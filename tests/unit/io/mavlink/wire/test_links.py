@@ -73,6 +73,8 @@ def until(what: Callable[[], Any]) -> Any:
     ("url", "says"),
     [
         ("ftp:127.0.0.1:1", "should begin with one of"),
+        ("udp:127.0.0.1:1", "serial:, udpin:, udpout:, tcpin:, tcpout:; udpout: sends to that address"),
+        ("can:can0", "MAVLink does not go over CAN"),
         ("udpin:127.0.0.1", "should read udpin:host:port"),
         ("udpin:127.0.0.1:99999", "0 to 65535"),
         ("udpin:127.0.0.1:0?dialect=klingon", "px4, ardupilot, generic"),
