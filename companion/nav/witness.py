@@ -35,13 +35,14 @@ from companion.nav.outliers import Verdict
 from companion.nav.solution import Motion
 from companion.params.store import Parameters
 
+_CHANGED_S = 3.0  # after a change of what carries the estimate
 _ALMANAC_S = 60.0  # how long a receiver may have a wrong time after it was switched on
 _FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
 
 
 class Witness:
     """Call a method for each reading, before it is used, and `conclude` once a tick. Remembers the evidence of the
-    present tick."""
+    present tick, and since when the inertial sensor carries the estimate or not."""
 
     def __init__(
         self, parameters: Parameters, say: Announce, levers_m: Mapping[str, Vector] = MappingProxyType({})
@@ -51,6 +52,8 @@ class Witness:
         self._levers_m = levers_m
         self._say = say
         self._evidence = Evidence()
+        self._carried = False  # by the inertial sensor
+        self._changed_s = -math.inf  # when that changed
         self._dated: set[str] = set()  # receivers that have told a time that can be
         self._implausible_s: dict[str, float] = {}  # by receiver: since when its time cannot be; infinite once told
 
@@ -108,7 +111,11 @@ class Witness:
         sigma_m: float,
         solution: InertialSolution | PoseSolution,
     ) -> Verdict | None:
-        """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
+        """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule. One that was good is not
+        judged while the inertial sensor has just begun to carry the estimate, or no longer does: a filter that begins
+        under way must find its tilt, and without one a high antenna seems to lie aside of the hull as it heels."""
+        if self._has_changed(solution, fix.t_s) and self.trusts(Sense.POSITION, fix.source):
+            return None
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
         way = _way(solution, fix.t_s) if _feels(solution, fix.t_s) else None
@@ -120,10 +127,18 @@ class Witness:
         self._evidence.positions.append(seen)
         return self.monitor.screen_position(seen)
 
+    def _has_changed(self, solution: InertialSolution | PoseSolution, t_s: float) -> bool:
+        carried = isinstance(solution, InertialSolution)
+        if carried is not self._carried:
+            self._carried, self._changed_s = carried, t_s
+        return t_s - self._changed_s < _CHANGED_S
+
     def velocity(
         self, velocity: GroundVelocity, lever_m: Vector, sigma_mps: float, solution: InertialSolution | PoseSolution
     ) -> Verdict | None:
-        """Note a velocity; the verdict on it, or None: the usual rule."""
+        """Note a velocity; the verdict on it, or None: the usual rule. Judged as a fix is."""
+        if self._has_changed(solution, velocity.t_s) and self.trusts(Sense.VELOCITY, velocity.source):
+            return None
         here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
         north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
         felt = _gained(solution) if _feels(solution, velocity.t_s) else (None, None)
