@@ -22,7 +22,8 @@ from companion.nav.integrity.velocity_vote import VelocityVote
 
 
 class Hypotheses:
-    """One of each. Some are also asked for each reading as it comes, or for an accuracy."""
+    """One of each. Some are also asked for each reading as it comes, or for an accuracy. `timeless`: what they find is
+    none that readings which come late make."""
 
     def __init__(self) -> None:
         self.position_jump = PositionJump()
@@ -31,11 +32,13 @@ class Hypotheses:
         self.accuracy_lie = AccuracyLie()
         self.receivers_apart = ReceiversApart()
         self.heading_turned = HeadingTurned()
+        repeated, stuck, gravity, apart, time_wrong = Repeated(), ImuStuck(), ImuGravity(), ImuApart(), TimeWrong()
+        self.timeless: tuple[Hypothesis, ...] = (repeated, stuck, gravity, apart, time_wrong, self.position_jump)
         self.all: tuple[Hypothesis, ...] = (
-            Repeated(),
-            ImuStuck(),
-            ImuGravity(),
-            ImuApart(),
+            repeated,
+            stuck,
+            gravity,
+            apart,
             self.heading_turned,
             ImuReversed(self.heading_turned),
             self.position_jump,
@@ -45,7 +48,7 @@ class Hypotheses:
             PositionDrift(),
             HeadingDrift(),
             HeadingCourse(),
-            TimeWrong(),
+            time_wrong,
             self.accuracy_lie,
             self.receivers_apart,
         )
