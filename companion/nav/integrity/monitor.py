@@ -237,7 +237,8 @@ class IntegrityMonitor:
             if now_s - doubted.last_s < _REACCEPTANCE_S or doubted.finding.lasting:
                 continue
             del self._doubted[channel]
-            text = f"{channel.source} {channel.sense.value} is good again"
+            of = "" if channel.sense.value == channel.source else f" {channel.sense.value}"
+            text = f"{channel.source}{of} is good again"
             self._say(now_s, TextKind.ROUTINE, "sense_trusted", text)
 
     def begin_anew(self) -> None:

@@ -19,6 +19,7 @@ from companion.nav.integrity.repeated import Repeated
 from companion.nav.integrity.time_wrong import TimeWrong
 from companion.nav.integrity.velocity_jump import VelocityJump
 from companion.nav.integrity.velocity_vote import VelocityVote
+from companion.nav.integrity.wind_strong import WindStrong
 
 
 class Hypotheses:
@@ -32,8 +33,9 @@ class Hypotheses:
         self.accuracy_lie = AccuracyLie()
         self.receivers_apart = ReceiversApart()
         self.heading_turned = HeadingTurned()
-        repeated, stuck, gravity, apart, time_wrong = Repeated(), ImuStuck(), ImuGravity(), ImuApart(), TimeWrong()
-        self.timeless: tuple[Hypothesis, ...] = (repeated, stuck, gravity, apart, time_wrong, self.position_jump)
+        repeated, stuck, gravity, apart = Repeated(), ImuStuck(), ImuGravity(), ImuApart()
+        time, wind = TimeWrong(), WindStrong()
+        self.timeless: tuple[Hypothesis, ...] = (repeated, stuck, gravity, apart, time, wind, self.position_jump)
         self.all: tuple[Hypothesis, ...] = (
             repeated,
             stuck,
@@ -48,7 +50,8 @@ class Hypotheses:
             PositionDrift(),
             HeadingDrift(),
             HeadingCourse(),
-            time_wrong,
+            time,
+            wind,
             self.accuracy_lie,
             self.receivers_apart,
         )
