@@ -122,6 +122,10 @@ class IntegrityMonitor:
         by_scatter = self.hypotheses.accuracy_lie.sigma_m(source, claimed_m)
         return max(by_scatter, self.hypotheses.receivers_apart.sigma_m(source, claimed_m))
 
+    def apart_m(self, source: str | None) -> float:
+        """How far another receiver is from that one, by more than both claim: nobody knows which of them is wrong."""
+        return self.hypotheses.receivers_apart.sigma_m(source, 0.0) if source is not None and self._acts else 0.0
+
     # --- once a tick -----------------------------------------------------------------------------------------------
 
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:

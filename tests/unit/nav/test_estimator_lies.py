@@ -377,3 +377,25 @@ def test_meanwhile_the_boat_is_said_to_be_where_it_was() -> None:
         assert state.position_accuracy_m > 100.0
         assert math.hypot(state.north_m - before.north_m, state.east_m - before.east_m) < 5.0
         assert (state.lat_deg, state.lon_deg) == pytest.approx((before.lat_deg, before.lon_deg), abs=1e-4)
+
+
+def test_of_two_receivers_that_come_apart_one_is_wrong_and_the_accuracy_says_so() -> None:
+    """By so little that neither can be told from the forces. Until they agree again, the boat may be at either."""
+    parameters = {"COM_POS_FS_EPH": 1.0}
+    boat, config = Afloat(parameters, replace(DRIFTING, duration_s=65.0)), config_of(DRIFTING)
+    spare = next(replace(row, name="spare") for row in config.sensors if row.name == "gnss")
+    two = replace(config, sensors=(*config.sensors, spare))
+    boat.estimator = Estimator(two, Parameters(parameters), lambda t_s, kind, name, text: boat.said.append(text))
+    for row in boat.rows:
+        row += [replace(reading, source="spare") for reading in row if isinstance(reading, GnssFix)]
+    degree_m = 111_000.0
+
+    def creeping(reading: Reading, age_s: float) -> Reading:
+        if isinstance(reading, GnssFix) and reading.source == "gnss":
+            return replace(reading, lat_deg=reading.lat_deg + 0.04 * age_s / degree_m)
+        return reading
+
+    before, after = boat.go(LIE_S), boat.go(60.0, creeping)
+    assert before.position_valid and before.position_accuracy_m < 0.1
+    assert after.position_accuracy_m == pytest.approx(1.6, abs=0.2) and not after.position_valid
+    assert any("m from" in text for text in boat.said)
