@@ -37,6 +37,9 @@ LIES: Mapping[str, Lie] = {
     "heading_turned": Lie("headings are turned: of receivers, compasses and inertial sensors", 180.0, "deg"),
     "heading_creep": Lie("headings creep to starboard", 1.0, "deg/s"),
     "heading_noise": Lie("headings have this much noise, of which nothing is reported", 20.0, "deg"),
+    "gnss_stale": Lie("receivers repeat their last sentences, with the time that these have"),
+    "gnss_mirrored": Lie("positions have the wrong one of N and S"),
+    "altitude_off": Lie("altitudes are off", 1000.0, "m"),
     "accuracy_lie": Lie("positions have this much noise, of which accuracy and kind of fix show nothing", 0.15, "m"),
     "time_jump": Lie("the receivers' absolute time is ahead", 60.0, "s"),
     "time_fast": Lie("the receivers' absolute time runs fast by this share", 0.02),
@@ -47,7 +50,22 @@ LIES: Mapping[str, Lie] = {
         f"imu_{axis}_biased": Lie(f"the {axis} axis of inertial sensors is off", size, unit)
         for axis, size, unit in zip(IMU_AXES, _BIASES, _UNITS, strict=True)
     },
+    **{
+        f"imu_{axis}_scaled": Lie(f"the {axis} axis of inertial sensors is off by this factor", 1.2)
+        for axis in IMU_AXES
+    },
+    "imu_clipped": Lie("forces of inertial sensors end at this size on each axis", 10.5, "m/s²", (0.0, math.inf)),
+    "imu_clock_jump": Lie("the inertial sensors' own clock is ahead", 1.0, "s"),
+    "imu_clock_fast": Lie("the inertial sensors' own clock runs fast by this share", 0.01, "", (-0.5, math.inf)),
+    "imu_doubled": Lie("inertial sensors send each sample twice"),
+    "imu_swapped": Lie("of two samples of inertial sensors the later one comes first"),
     "wind_frozen": Lie("wind sensors repeat their last wind"),
+    "wind_turned": Lie("winds come from another side", 180.0, "deg"),
+    "wind_scaled": Lie("wind speeds are off by this factor", 10.0, "", (0.0, math.inf)),
+    "depth_frozen": Lie("sounders repeat their last depth"),
+    "depth_scaled": Lie(
+        "depths are off by this factor, as feet are that are told as metres", 3.28, "", (0.0, math.inf)
+    ),
 }
 
 TROUBLES: Mapping[str, Lie] = {

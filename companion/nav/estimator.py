@@ -144,6 +144,7 @@ class Estimator:
         self._react(found)
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
+        self._validity.apart_m = self._witness.monitor.apart_m(self._fixes.source)
         return self._state(motion, self._model.waves(now_s, thrust, motion, air_of(*self._side.wind(now_s))), now_s)
 
     def _is_lost(self, motion: Motion, now_s: float) -> bool:

@@ -161,7 +161,7 @@ class PoseSolution:
             return Verdict.RESET
         dt = t_s - self._yaw_t_s
         error = wrap_pi(yaw_rad - self._yaw_at(t_s))
-        sigma = math.hypot(sigma_rad, self._yaw_sigma(dt))
+        sigma = math.hypot(sigma_rad, self._yaw_sigma(dt) + _unfollowed_rad(dt))
         verdict = rule or self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
         if verdict is Verdict.REJECT or dt < 0.0 or (dt == 0.0 and verdict is Verdict.ACCEPT):
             return verdict
@@ -249,3 +249,9 @@ class PoseSolution:
     def _fading(dt_s: float) -> float:
         """The time in which a constant rate covers what a decaying rate covers in `dt_s`."""
         return _RATES_FADE_S * (1.0 - math.exp(-dt_s / _RATES_FADE_S))
+
+
+def _unfollowed_rad(gap_s: float) -> float:
+    """One sigma of what heading and rate lag by in a turn that begins or ends, `gap_s` after the last heading: the
+    filter follows an angular acceleration by its time squared, and the rate by twice its time."""
+    return _YAW_ACCELERATION_RADPS2 * _TIME_S * (_TIME_S + 2.0 * min(max(gap_s, 0.0), 60.0))

@@ -22,6 +22,7 @@ class Validity:
         self._parameters = parameters
         self.position_s = self.velocity_s = self.heading_s = self.imu_s = 0.0
         self.lied_s = -math.inf  # when a source was last not used because it lies
+        self.apart_m = 0.0  # between two receivers of which one must be wrong: the boat may be at either
         self._slow_sigma_m = self._slow_sigma_rad = 0.0
 
     def begin(self, t_s: float) -> None:
@@ -59,16 +60,16 @@ class Validity:
         )
 
     def position_sigma_m(self, motion: Motion) -> float:
-        """Of the position, with what its receiver wanders slowly."""
-        return math.hypot(motion.position_sigma_m, self._slow_sigma_m)
+        """Of the position, with what its receiver wanders slowly, and how far another one is off."""
+        return math.hypot(motion.position_sigma_m, self._slow_sigma_m, self.apart_m)
 
     def yaw_sigma_rad(self, motion: Motion) -> float:
         """Of the heading, with its slow error; π at most."""
         return min(math.hypot(motion.yaw_sigma_rad, self._slow_sigma_rad), math.pi)
 
     def covariance_m2(self, motion: Motion) -> tuple[float, float, float]:
-        """Of the position: north-north, north-east, east-east, with what its receiver wanders slowly."""
-        slow_m2 = self._slow_sigma_m**2
+        """Of the position: north-north, north-east, east-east, with what `position_sigma_m` adds."""
+        slow_m2 = self._slow_sigma_m**2 + self.apart_m**2
         nn, ne, ee = motion.position_covariance_m2 or (motion.position_sigma_m**2, 0.0, motion.position_sigma_m**2)
         return nn + slow_m2, ne, ee + slow_m2
 

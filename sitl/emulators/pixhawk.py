@@ -63,12 +63,12 @@ class PixhawkEmulator:
         if self._due(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, None, t_s):
             yaw_rad = self._field_lies.told(around.hull.yaw_rad, t_s)
             field = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, yaw_rad)
-            self._send(
-                mavlink.MAVLink_highres_imu_message(
-                    round(t_s * 1e6), x, y, z, p, q, r, *field, 1013.0, 0.0, 0.0, 20.0, _FIELDS
-                ),
-                t_s,
+            own_us = round((t_s + self._lies.clock_off_s(t_s)) * 1e6)
+            measured = mavlink.MAVLink_highres_imu_message(
+                own_us, x, y, z, p, q, r, *field, 1013.0, 0.0, 0.0, 20.0, _FIELDS
             )
+            for packet in self._lies.sent(measured.pack(self._codec)):
+                self._port.send(packet, t_s + self._config.latency_s)
         if self._due(mavlink.MAVLINK_MSG_ID_ATTITUDE, None, t_s):
             heading = math.remainder(yaw - self._north_rad, math.tau)
             self._send(mavlink.MAVLink_attitude_message(round(t_s * 1e3), roll, pitch, heading, p, q, r), t_s)

@@ -7,6 +7,7 @@ import math
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import sentence
+from sitl.lies import DepthLies
 from sitl.memory import MemoryDevice
 from sitl.noise import stream
 
@@ -21,6 +22,7 @@ class SounderEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
+        self._lies = DepthLies(around.faults, config.name)
         self._gauss = stream(around.seed, f"{config.name} white").gauss
 
     def speak(self, t_s: float) -> None:
@@ -29,6 +31,6 @@ class SounderEmulator:
         place = hull.north_m + ahead_m * math.cos(hull.yaw_rad), hull.east_m + ahead_m * math.sin(hull.yaw_rad)
         shallow = "shallow" in self._around.faults.active
         depth_m = _SHALLOW_M if shallow else max(0.0, self._around.obstacles.depth_m(*place) - self._config.z_m)
-        below_m = depth_m + self._gauss(0.0, _NOISE_M)
+        below_m = self._lies.told(depth_m + self._gauss(0.0, _NOISE_M))
         text = sentence(f"SDDPT,{below_m:.2f},{self._config.z_m:.2f},{_RANGE_M:.0f}")
         self._port.send(text.encode("ascii"), t_s + self._config.latency_s)

@@ -56,7 +56,8 @@ class VectorNavEmulator:
             f"VNYMR,{heading:+08.3f},{math.degrees(pitch):+08.3f},{math.degrees(roll):+08.3f},{mx:+08.4f},{my:+08.4f},{mz:+08.4f},"
             f"{x:+07.3f},{y:+07.3f},{z:+07.3f},{p:+010.6f},{q:+010.6f},{r:+010.6f}"
         )
-        self._port.send(sentence(text).encode("ascii"), t_s + self._config.latency_s)
+        for message in self._lies.sent(sentence(text).encode("ascii")):
+            self._port.send(message, t_s + self._config.latency_s)
 
     def _hear(self, line: str, t_s: float) -> None:
         body, _, text = line.removeprefix("$").partition("*")

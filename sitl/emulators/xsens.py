@@ -90,8 +90,10 @@ class XsensEmulator:
             self._port.send(answers, t_s)
             if not settings.measuring:
                 return
-        data = self.message(sample, t_s, field) if settings is None else self._as_set(settings, sample, t_s, field)
-        self._port.send(data, t_s + self._latency_s)
+        own_s = t_s + self._lies.clock_off_s(t_s)
+        data = self.message(sample, own_s, field) if settings is None else self._as_set(settings, sample, own_s, field)
+        for message in self._lies.sent(data):
+            self._port.send(message, t_s + self._latency_s)
 
     def _as_set(
         self, settings: XsensSettings, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None

@@ -64,6 +64,15 @@ def test_a_compass_that_creeps_is_found_before_it_is_10_degrees_off(tmp_path: Pa
     assert outcome.metrics["found_s"] < 10.0 and outcome.metrics["heading_error_deg"] < 10.0, outcome.metrics
 
 
+@pytest.mark.parametrize("seed", seeds(1, 5))
+def test_a_spoof_that_was_found_is_not_believed_again(tmp_path: Path, seed: int) -> None:
+    """The boat is carried off in the first seconds, and drifts then. With SBAS so slow a one is not found in all runs."""
+    changes = {"lie": "gnss_spoof=0.3", "gnss": "sbas", "wind": "2"}
+    outcome = run(SCENARIOS["lying_senses"], LockstepRig, tmp_path, seed=5000 + seed, vessel="heron", changes=changes)
+    assert not outcome.error, outcome.error
+    assert outcome.metrics["found_s"] > 60.0 or outcome.metrics["kept_m"] < 9.0, outcome.metrics
+
+
 @pytest.mark.parametrize("seed", seeds(1, 10))
 def test_a_wind_that_repeats_is_said_and_no_longer_fed_forward(tmp_path: Path, seed: int) -> None:
     rig = LockstepRig(Conditions("aboat", seed=5000 + seed, wind="4"), tmp_path / "log")

@@ -1,4 +1,5 @@
-"""The accelerometers do not feel gravity: its size is wrong, or it comes from above."""
+"""The accelerometers do not feel gravity: its size is wrong, or it comes from above. Then the whole sensor is mounted
+upside down, and its gyro turns the other way."""
 
 from __future__ import annotations
 
@@ -51,8 +52,10 @@ class ImuGravity(Hypothesis):
             upside_down = 0.0 if sensor.down < 0.0 else 1.0
             self.doubt = max(self.doubt, wrong, upside_down)
             if max(wrong, upside_down) >= 1.0:
-                fault = "force is not gravity" if wrong >= 1.0 else "is upside down"
-                found.append(LieFound(Channel(Sense.ACCELEROMETER, source), fault, now_s - _TIME_S))
+                sense, fault = Sense.IMU, "is upside down"
+                if wrong >= 1.0:
+                    sense, fault = Sense.ACCELEROMETER, "force is not gravity"
+                found.append(LieFound(Channel(sense, source), fault, now_s - _TIME_S))
         return found
 
     def _take(self, imu: Imu, speed_mps: float) -> None:

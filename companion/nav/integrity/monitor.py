@@ -29,10 +29,10 @@ _FOLLOW, _ASK, _ASK_ALWAYS = 0, 1, 2  # of NAV_JUMP_ACT
 
 
 class _Doubted:
-    """A channel that is, or lately was, found to lie."""
+    """A channel that is, or lately was, found to lie. `timeless`: by what late readings do not explain."""
 
-    def __init__(self, finding: LieFound, now_s: float) -> None:
-        self.finding = finding
+    def __init__(self, finding: LieFound, now_s: float, timeless: bool = False) -> None:
+        self.finding, self.timeless = finding, timeless
         self.first_s = self.last_s = now_s  # when it was found, first and last
 
 
@@ -51,7 +51,7 @@ class IntegrityMonitor:
         self.untrusted: frozenset[Channel] = frozenset()
         """The channels that are not used."""
         self._take_next: set[Channel] = set()  # accepted: its next reading counts, whatever the estimate is
-        self._driven = False
+        self._driven = self._maybe_late = False
 
     # --- what the estimator asks -----------------------------------------------------------------------------------
 
@@ -85,7 +85,7 @@ class IntegrityMonitor:
 
     def screen_position(self, seen: PositionSeen) -> Verdict | None:
         """The verdict on a fix that is about to be used; None: the usual rule."""
-        verdict = self.hypotheses.position_jump.screen(seen, self._driven)
+        verdict = self.hypotheses.position_jump.screen(seen, self._driven, self._maybe_late)
         if verdict is None and self._on_probation(seen.source, seen.t_s):
             verdict = Verdict.REJECT
         return self._screened(Channel(Sense.POSITION, seen.source), verdict)
@@ -122,29 +122,51 @@ class IntegrityMonitor:
         by_scatter = self.hypotheses.accuracy_lie.sigma_m(source, claimed_m)
         return max(by_scatter, self.hypotheses.receivers_apart.sigma_m(source, claimed_m))
 
+    def apart_m(self, source: str | None) -> float:
+        """How far another receiver is from that one, by more than both claim: nobody knows which of them is wrong."""
+        return self.hypotheses.receivers_apart.sigma_m(source, 0.0) if source is not None and self._acts else 0.0
+
     # --- once a tick -----------------------------------------------------------------------------------------------
 
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Take the readings of a tick; returns what is found to lie from now on, and must not be used."""
         if self._parameters["NAV_INTEG"] == _OFF:
             evidence.driven = evidence.maybe_late = False
-        if self._driven and not evidence.driven:
+        if (self._driven and not evidence.driven) or (
+            self._maybe_late and not (evidence.driven or evidence.maybe_late)
+        ):
             self._forget(evidence.maybe_late)
-        self._driven = evidence.driven
+        self._driven, self._maybe_late = evidence.driven, evidence.maybe_late
         evidence.distrusted = frozenset(c for c, doubted in self._doubted.items() if not doubted.finding.used)
         velocities = {Channel(Sense.VELOCITY, seen.source) for seen in evidence.velocities}
         evidence.suspected = frozenset(c for c in velocities if self.hypotheses.velocity_jump.suspects(c.source))
+        found, timeless = self._find(evidence, now_s)
+        self._follow_confirmed(found, now_s)
+        begun = self._enter(found, now_s)
+        for channel in timeless & self._doubted.keys():
+            self._doubted[channel].timeless = True
+        self._leave(now_s)
+        self.untrusted = self._unusable()
+        return [finding for finding in begun if finding.channel in self.untrusted]
+
+    def _find(self, evidence: Evidence, now_s: float) -> tuple[dict[Channel, LieFound], set[Channel]]:
+        """What lies, and of which of it the times of readings do not matter: that is judged while they are in doubt,
+        too."""
         found: dict[Channel, LieFound] = {}
+        timeless: set[Channel] = set()
         for hypothesis in self.hypotheses.all:
+            by_times = hypothesis not in self.hypotheses.timeless
+            evidence.driven = self._driven or (self._maybe_late and not by_times)
             for finding in hypothesis.update(evidence, now_s):
                 known = found.get(finding.channel)
                 if known is None or known.used:
                     found[finding.channel] = finding
-        self._follow_confirmed(found, now_s)
-        begun = self._enter(found, now_s)
-        self._leave(now_s)
-        self.untrusted = self._unusable()
-        return [finding for finding in begun if finding.channel in self.untrusted]
+                    if by_times:
+                        timeless.discard(finding.channel)
+                    else:
+                        timeless.add(finding.channel)
+        evidence.driven = self._driven
+        return found, timeless
 
     def _unusable(self) -> frozenset[Channel]:
         return frozenset(channel for channel, doubted in self._doubted.items() if self._excludes(doubted.finding))
@@ -219,7 +241,8 @@ class IntegrityMonitor:
             if now_s - doubted.last_s < _REACCEPTANCE_S or doubted.finding.lasting:
                 continue
             del self._doubted[channel]
-            text = f"{channel.source} {channel.sense.value} is good again"
+            of = "" if channel.sense.value == channel.source else f" {channel.sense.value}"
+            text = f"{channel.source}{of} is good again"
             self._say(now_s, TextKind.ROUTINE, "sense_trusted", text)
 
     def begin_anew(self) -> None:
@@ -228,14 +251,30 @@ class IntegrityMonitor:
         self._forget()
 
     def _forget(self, late: bool = False) -> None:
-        """Begin anew. `late`: since what seems to lie may be late, which turns no heading round."""
-        kept = {channel: doubted for channel, doubted in self._doubted.items() if late and doubted.finding.loses}
+        """Begin anew. `late`: since what seems to lie may be late, which turns no heading round, repeats nothing, and
+        brings no boat far off."""
+        jumps = self.hypotheses.position_jump
+        if late:
+            jumps.clear_late()
+        kept = {channel: doubted for channel, doubted in self._doubted.items() if late and self._stands(doubted)}
         self._doubted = kept
         self._take_next.clear()
+        turned = any(doubted.finding.loses for doubted in kept.values())
         for hypothesis in self.hypotheses.all:
-            if not (kept and hypothesis is self.hypotheses.heading_turned):
+            stands = (late and hypothesis in self.hypotheses.timeless) or (
+                turned and hypothesis is self.hypotheses.heading_turned
+            )
+            if not stands:
                 hypothesis.clear()
         self.untrusted = self._unusable()
+
+    def _stands(self, doubted: _Doubted) -> bool:
+        """Whether no latency explains what was found."""
+        finding = doubted.finding
+        if finding.jump:
+            is_place = finding.channel.sense is Sense.POSITION
+            return is_place and self.hypotheses.position_jump.suspects(finding.channel.source)
+        return finding.loses or doubted.timeless
 
     # --- the operator's answer -------------------------------------------------------------------------------------
 

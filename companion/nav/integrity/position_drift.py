@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from companion.nav.integrity.along import Along
 from companion.nav.integrity.evidence import (
     Channel,
     Evidence,
@@ -57,6 +58,7 @@ class _Receiver:
     last: tuple[PositionSeen, Way] | None = None
     noise: StepNoise = field(default_factory=StepNoise)
     cusum: VectorCusum = field(default_factory=VectorCusum)
+    along: Along = field(default_factory=Along)
     since_s: float | None = None
     drifted_s: float = 0.0
 
@@ -79,12 +81,14 @@ class PositionDrift(Hypothesis):
         """Begin the sums anew."""
         for receiver in self._receivers.values():
             receiver.since_s = receiver.last = receiver.carried = None
+            receiver.along.clear()
 
     def accept(self, channel: Channel) -> None:
         """The boat is where that receiver says."""
         if channel.sense is Sense.POSITION and channel.source in self._receivers:
             receiver = self._receivers[channel.source]
             receiver.since_s = receiver.last = None
+            receiver.along.clear()
 
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose position has drifted off, until it agrees with the estimate again."""
@@ -98,10 +102,13 @@ class PositionDrift(Hypothesis):
             if isinstance(seen, VelocitySeen):
                 lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted | evidence.suspected
                 self._advance(receiver, seen, lies, evidence)
+                receiver.along.velocity(seen)
             elif evidence.driven:
                 self._compare(receiver, seen, Channel(Sense.POSITION, seen.source) in evidence.distrusted)
+                self._follow(receiver, seen, evidence)
             else:
                 receiver.last = None
+                receiver.along.clear()
         return [
             LieFound(Channel(Sense.POSITION, source), "drifts", receiver.since_s, asks=True)
             for source, receiver in self._receivers.items()
@@ -165,6 +172,14 @@ class PositionDrift(Hypothesis):
             off_m = math.hypot(seen.off_north_m, seen.off_east_m)
             if off_m <= _AGREES * threshold_m + min(3.0 * seen.estimate_sigma_m, threshold_m):
                 receiver.since_s = None
+
+    @staticmethod
+    def _follow(receiver: _Receiver, seen: PositionSeen, evidence: Evidence) -> None:
+        """Whether a position goes along with a velocity that lies."""
+        lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted
+        since_s = receiver.along.position(seen, lies, receiver.noise.size)
+        if since_s is not None and receiver.since_s is None:
+            receiver.since_s, receiver.drifted_s = since_s, seen.t_s
 
 
 def _drift(receiver: _Receiver, seen: PositionSeen, way: Way | None, threshold_m: float, distrusted: bool) -> float:

@@ -26,6 +26,7 @@ _ESTIMATES = 4.0  # of the estimate's sigma
 _AGREES = 0.4  # of the jump, by which dead reckoning that has got worse may excuse it
 _BACK = 0.5  # of the jump: nearer to the estimate than to where it has jumped to, or it is not back
 _FRESH_S = 2.0  # of another receiver's fix
+_LATEST_S = 1.0  # between two latencies: a boat under way is that much off its fixes when one becomes the other
 
 
 _Receiver = Tracked[PositionSeen, StepNoise]
@@ -39,8 +40,20 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
         super().__init__(Sense.POSITION, StepNoise)
         self._by_step: dict[str, tuple[float, float]] = {}
 
-    def screen(self, seen: PositionSeen, driven: bool) -> Verdict | None:
-        """What is to become of a fix: REJECT one beside its own track; None: the usual rule."""
+    def clear_late(self) -> None:
+        """Receivers are believed, but for those that are further off than one whose latency changes."""
+        for receiver in self._sources.values():
+            if not _is_far(receiver):
+                receiver.track.clear()
+
+    def suspects(self, source: str) -> bool:
+        """Whether that receiver is off its own track."""
+        receiver = self._sources.get(source)
+        return receiver is not None and receiver.track.suspect
+
+    def screen(self, seen: PositionSeen, driven: bool, maybe_late: bool = False) -> Verdict | None:
+        """What is to become of a fix: REJECT one beside its own track; None: the usual rule. `maybe_late`: it is not
+        judged, since its time is in doubt."""
         receiver = self._known(seen)
         if receiver is None:
             return None
@@ -48,7 +61,7 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
         if (seen.lat_deg, seen.lon_deg) == (last.lat_deg, last.lon_deg):
             return receiver.verdict  # it repeats: no step of the receiver
         receiver.last = seen
-        if not driven:
+        if not driven and not (maybe_late and _is_far(receiver)):
             receiver.track.clear()
             self._learn(receiver, last, seen)
             return None
@@ -109,6 +122,13 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
             if apart_m <= _LEAST_M + 3.0 * math.hypot(jumped.sigma_m, other.last.sigma_m) and apart_m < off_m:
                 return True
         return False
+
+
+def _is_far(receiver: _Receiver) -> bool:
+    """Whether a receiver is further off than a change of its latency explains."""
+    last = receiver.last
+    reach_m = _LATEST_S * math.hypot(last.estimate_north_mps, last.estimate_east_mps)
+    return receiver.track.size > max(_LEAST_M, _CLAIMS * last.sigma_m) + reach_m
 
 
 def _step(last: PositionSeen, seen: PositionSeen) -> tuple[float, float]:

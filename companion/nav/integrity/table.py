@@ -19,10 +19,12 @@ from companion.nav.integrity.repeated import Repeated
 from companion.nav.integrity.time_wrong import TimeWrong
 from companion.nav.integrity.velocity_jump import VelocityJump
 from companion.nav.integrity.velocity_vote import VelocityVote
+from companion.nav.integrity.wind_strong import WindStrong
 
 
 class Hypotheses:
-    """One of each. Some are also asked for each reading as it comes, or for an accuracy."""
+    """One of each. Some are also asked for each reading as it comes, or for an accuracy. `timeless`: what they find is
+    none that readings which come late make."""
 
     def __init__(self) -> None:
         self.position_jump = PositionJump()
@@ -31,11 +33,14 @@ class Hypotheses:
         self.accuracy_lie = AccuracyLie()
         self.receivers_apart = ReceiversApart()
         self.heading_turned = HeadingTurned()
+        repeated, stuck, gravity, apart = Repeated(), ImuStuck(), ImuGravity(), ImuApart()
+        time, wind = TimeWrong(), WindStrong()
+        self.timeless: tuple[Hypothesis, ...] = (repeated, stuck, gravity, apart, time, wind, self.position_jump)
         self.all: tuple[Hypothesis, ...] = (
-            Repeated(),
-            ImuStuck(),
-            ImuGravity(),
-            ImuApart(),
+            repeated,
+            stuck,
+            gravity,
+            apart,
             self.heading_turned,
             ImuReversed(self.heading_turned),
             self.position_jump,
@@ -45,7 +50,8 @@ class Hypotheses:
             PositionDrift(),
             HeadingDrift(),
             HeadingCourse(),
-            TimeWrong(),
+            time,
+            wind,
             self.accuracy_lie,
             self.receivers_apart,
         )

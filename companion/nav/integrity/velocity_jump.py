@@ -16,6 +16,7 @@ _NOISES = 8.0  # of its usual step beside the accelerometers', which is learned 
 _GAP_S = 2.0
 _FASTEST_MPS2 = 3.0  # a boat's own acceleration, where no accelerometer tells
 _AGREES_MPS = 0.15
+_BACK = 0.5  # of the jump: nearer to the estimate than to where it has jumped to, or it is not back
 
 
 _Receiver = Tracked[VelocitySeen, StepNoise]
@@ -62,7 +63,7 @@ class VelocityJump(JumpHypothesis[VelocitySeen, StepNoise]):
         if driven:
             track.take(seen.t_s, *unfelt, bound_mps, excused)
             off_mps = math.hypot(seen.off_north_mps, seen.off_east_mps)
-            track.compare(seen.t_s, off_mps, max(_AGREES_MPS, 4.0 * noise_mps))
+            track.compare(seen.t_s, off_mps, min(max(_AGREES_MPS, 4.0 * noise_mps), _BACK * track.size))
         if not track.suspect and (not excused or math.hypot(*unfelt) <= bound_mps):
             receiver.noise.update(unfelt[0] / sigma_mps, unfelt[1] / sigma_mps)
 

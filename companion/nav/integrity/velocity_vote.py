@@ -52,7 +52,7 @@ _GAP_S = 1.5
 _JUST_AFTER_S = 0.01
 _MODEL_TICKS = 1000
 _FORGOTTEN_S = 1.0
-_AGREES = 0.5  # share of the threshold below which the receiver agrees with the estimate again
+_AGREES, _AGREES_S = 0.5, 2.0  # share of the threshold below which the receiver agrees with the estimate again; so long
 
 Pair = tuple[float, float]
 
@@ -91,6 +91,7 @@ class _Receiver:
     since_s: float | None = None
     found_s: float = 0.0
     limit_mps: float = 0.0  # by which it was found to differ from a lane
+    agrees_s: float = math.inf  # since when all its velocities have been near the estimate
 
 
 class VelocityVote(Hypothesis):
@@ -134,6 +135,7 @@ class VelocityVote(Hypothesis):
         self._begin(inertial.lanes, model)
         for seen in evidence.velocities:
             self._take(self._receiver(seen.source), seen, inertial)
+            self._compare(self._receiver(seen.source), seen, now_s)
         for receiver in self._receivers.values():
             for i, lane in enumerate(inertial.lanes):
                 apart = self._differences(receiver, lane, model)
@@ -200,7 +202,7 @@ class VelocityVote(Hypothesis):
         noise_mps, sea_mps = _NOISES * receiver.noise.size, self._sea.size_mps
         lane_mps = _LANE_MPS + _LANE_SIGMAS * lane.sigma_mps + noise_mps + _LANE_SEAS * sea_mps
         if receiver.since_s is not None:
-            self._compare(receiver, now_s)
+            self.doubt = 1.0
             return
         if learns:
             receiver.model_s = now_s if receiver.model_s is None else receiver.model_s
@@ -220,14 +222,19 @@ class VelocityVote(Hypothesis):
             agrees = now_s - self._agrees_s <= _GAP_S
             self._imu = Channel(Sense.ACCELEROMETER if agrees else Sense.IMU, evidence.carrying), since_s
 
-    def _compare(self, receiver: _Receiver, now_s: float) -> None:
+    @staticmethod
+    def _compare(receiver: _Receiver, seen: VelocitySeen, now_s: float) -> None:
         """Whether a receiver that was found to lie agrees with the estimate again, which has forgotten it meanwhile.
-        By the limit of then: dead reckoning that gets worse agrees with anything in the end."""
-        self.doubt = 1.0
-        last = receiver.last
-        if last is None or now_s - receiver.found_s < _FORGOTTEN_S:
+        By the limit of then: dead reckoning that gets worse agrees with anything in the end. All velocities for some
+        time: an estimate that had begun to follow a lie is nearer to it, and noise brings one of them near enough."""
+        if receiver.since_s is None:
             return
-        if math.hypot(last.off_north_mps, last.off_east_mps) < _AGREES * receiver.limit_mps:
+        forgotten = now_s - receiver.found_s >= _FORGOTTEN_S
+        if not forgotten or math.hypot(seen.off_north_mps, seen.off_east_mps) >= _AGREES * receiver.limit_mps:
+            receiver.agrees_s = math.inf
+            return
+        receiver.agrees_s = min(receiver.agrees_s, now_s)
+        if now_s - receiver.agrees_s >= _AGREES_S:
             receiver.since_s = None
 
     def _receiver(self, source: str) -> _Receiver:

@@ -392,3 +392,25 @@ def test_a_high_antenna_does_not_jump_as_the_inertial_sensor_falls_silent_or_is_
     boat.said.clear()
     assert boat.go(45.0, silent).position_valid
     assert not [text for text in boat.said if "not used" in text]
+
+
+def test_of_two_receivers_that_come_apart_one_is_wrong_and_the_accuracy_says_so() -> None:
+    """By so little that neither can be told from the forces. Until they agree again, the boat may be at either."""
+    parameters = {"COM_POS_FS_EPH": 1.0}
+    boat, config = Afloat(parameters, replace(DRIFTING, duration_s=65.0)), config_of(DRIFTING)
+    spare = next(replace(row, name="spare") for row in config.sensors if row.name == "gnss")
+    two = replace(config, sensors=(*config.sensors, spare))
+    boat.estimator = Estimator(two, Parameters(parameters), lambda t_s, kind, name, text: boat.said.append(text))
+    for row in boat.rows:
+        row += [replace(reading, source="spare") for reading in row if isinstance(reading, GnssFix)]
+    degree_m = 111_000.0
+
+    def creeping(reading: Reading, age_s: float) -> Reading:
+        if isinstance(reading, GnssFix) and reading.source == "gnss":
+            return replace(reading, lat_deg=reading.lat_deg + 0.04 * age_s / degree_m)
+        return reading
+
+    before, after = boat.go(LIE_S), boat.go(60.0, creeping)
+    assert before.position_valid and before.position_accuracy_m < 0.1
+    assert after.position_accuracy_m == pytest.approx(1.6, abs=0.2) and not after.position_valid
+    assert any("m from" in text for text in boat.said)

@@ -51,6 +51,19 @@ def test_a_boat_that_starts_in_a_turn_is_followed(by_course: bool) -> None:
     assert motion.rates[2] == pytest.approx(0.4, abs=0.01)
 
 
+@pytest.mark.parametrize("sigma_deg", [0.3, 1.0])
+@pytest.mark.parametrize("rate_hz", [5, 10, 20])
+def test_a_boat_that_turns_round_its_point_is_followed(rate_hz: int, sigma_deg: float) -> None:
+    """As an Otter does that holds: within a second it turns at 20 degrees a second, and stops as soon."""
+    solution, yaw_rad, radps, dt_s = PoseSolution(), 0.0, 0.0, 1.0 / rate_hz
+    for k in range(1, 8 * rate_hz):
+        solution.heading(k * dt_s, math.remainder(yaw_rad, math.tau), math.radians(sigma_deg))
+        change = 0.35 if 3.0 <= k * dt_s < 4.0 else -0.35 if 5.0 <= k * dt_s < 6.0 else 0.0
+        yaw_rad, radps = yaw_rad + radps * dt_s, radps + change * dt_s
+        off_rad = math.remainder(yaw_rad - solution.motion((k + 1) * dt_s).attitude[2], math.tau)
+        assert abs(math.degrees(off_rad)) < 6.0, k * dt_s
+
+
 def test_position_and_heading_outliers_are_rejected() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)

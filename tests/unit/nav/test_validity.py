@@ -33,6 +33,12 @@ def test_slow_errors_are_added(validity: Validity) -> None:
     assert validity.covariance_m2(known) == pytest.approx((0.17, 0.02, 0.25))
 
 
+def test_two_receivers_that_are_apart_leave_the_boat_at_either(validity: Validity) -> None:
+    validity.apart_m = 1.2
+    assert validity.position_sigma_m(MOTION) == pytest.approx(1.3)
+    assert validity.covariance_m2(MOTION) == pytest.approx((1.69, 0.0, 1.69))
+
+
 def test_a_position_holds_as_long_as_is_tolerated_and_while_it_is_accurate(validity: Validity) -> None:
     assert validity.position_valid(0.5, 100.0 + TOLERATED_S)
     assert not validity.position_valid(0.5, 100.1 + TOLERATED_S)

@@ -10,7 +10,7 @@ from companion.config.vessel import ConfigError, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.faults import Fault, Faults, parse
 from sitl.lie_table import IMU_AXES, LIES
-from sitl.lies import GnssLies, HeadingLies, ImuLies, WindLies
+from sitl.lies import DepthLies, GnssLies, HeadingLies, ImuLies, WindLies
 from sitl.sensors import GRADES, GnssSample, ImuSample
 
 VESSEL = load(find("revolt"))
@@ -136,6 +136,22 @@ def test_absolute_time() -> None:
     assert lies.time_off_s(25.0) == pytest.approx(3.5)
 
 
+def test_the_last_sentences_come_again_with_their_time() -> None:
+    made, lies = liar(f"gnss_stale@{AT_S}")
+    before = lies.told(sample(0), AT_S - 0.05)
+    assert lies.time_off_s(AT_S - 0.05) == 0.0
+    made.update(AT_S + 3.0)
+    assert lies.told(sample(5), AT_S + 3.0) == before
+    assert lies.time_off_s(AT_S + 3.0) == pytest.approx(-3.05)
+
+
+def test_places_that_cannot_be() -> None:
+    position = told("gnss_mirrored")[2].position
+    assert position is not None and position[0] == -FRAME.to_geodetic(0.1, -0.2)[0]
+    position = told("altitude_off=50")[2].position
+    assert position is not None and position[2] == 53.0
+
+
 IMU: ImuSample = (1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03)
 NEXT: ImuSample = (1.5, 2.5, 3.5, 0.4, 0.5, 0.6, 0.02, 0.03, 0.04)
 
@@ -151,6 +167,8 @@ def test_one_axis_of_an_inertial_sensor(axis: str) -> None:
         said = lies.told(NEXT, 10.0)
         assert said[at] == expected
         assert said[:at] + said[at + 1 :] == NEXT[:at] + NEXT[at + 1 :]
+    scaled = ImuLies(faults(f"imu_{axis}_scaled=0.8@0"), "imu").told(NEXT, 10.0)
+    assert scaled[at] == pytest.approx(0.8 * NEXT[at]) and scaled[6:] == NEXT[6:]
     biased = ImuLies(faults(f"imu_{axis}_biased=2@0"), "imu").told(NEXT, 10.0)
     assert biased[at] - NEXT[at] == pytest.approx(2.0 if at < 3 else math.radians(2.0))
 
@@ -161,6 +179,44 @@ def test_a_whole_sample_repeats() -> None:
     lies.told(IMU, 9.9)
     made.update(10.0)
     assert lies.told(NEXT, 10.0) == lies.told(NEXT, 10.1) == IMU
+
+
+def test_forces_end_where_the_range_does() -> None:
+    assert ImuLies(faults("imu_clipped=2@0"), "imu").told((-9.0, 1.0, -9.8, *NEXT[3:]), 10.0)[:3] == (-2.0, 1.0, -2.0)
+
+
+def test_the_clock_of_an_inertial_sensor() -> None:
+    lies = ImuLies(faults("imu_clock_jump=2@0", "imu_clock_fast=0.1@0"), "imu")
+    assert lies.clock_off_s(AT_S) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("lie", "expected"), [("imu_doubled", b"aabbccdd"), ("imu_swapped", b"badc"), ("imu_repeats", b"abcd")]
+)
+def test_messages_that_come_twice_or_in_another_order(lie: str, expected: bytes) -> None:
+    lies = ImuLies(faults(f"{lie}@0"), "imu")
+    assert b"".join(part for one in (b"a", b"b", b"c", b"d") for part in lies.sent(one)) == expected
+
+
+def test_a_message_that_waits_for_another_comes_when_the_lie_is_over() -> None:
+    made = faults("imu_swapped@0+10", now_s=5.0)
+    lies = ImuLies(made, "imu")
+    assert list(lies.sent(b"a")) == []
+    made.update(AT_S)
+    assert list(lies.sent(b"b")) == [b"b", b"a"] and list(lies.sent(b"c")) == [b"c"]
+
+
+def test_winds_of_another_side_and_unit() -> None:
+    speed_mps, angle_rad = WindLies(faults("wind_scaled=2@0", "wind_turned=90@0"), "wind").told(3.0, 0.1)
+    assert (speed_mps, angle_rad) == pytest.approx((6.0, 0.1 + math.pi / 2))
+
+
+def test_depths_that_repeat_and_are_feet() -> None:
+    made = faults("depth_scaled=3@0", "depth_frozen@10", now_s=5.0)
+    lies = DepthLies(made, "imu")
+    assert lies.told(2.0) == 6.0
+    made.update(10.0)
+    assert lies.told(1.0) == 6.0
 
 
 def test_wind_repeats() -> None:

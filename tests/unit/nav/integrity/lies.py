@@ -24,6 +24,7 @@ from companion.nav.integrity.repeated import Repeated
 from companion.nav.integrity.time_wrong import TimeWrong
 from companion.nav.integrity.velocity_jump import VelocityJump
 from companion.nav.integrity.velocity_vote import VelocityVote
+from companion.nav.integrity.wind_strong import WindStrong
 from tests.unit.nav.integrity.honest_boat import Boat, Spoil, another, moved, sped, turned
 
 BOAT, CALM = Boat(), Boat(rocking=0.1)
@@ -108,6 +109,10 @@ def ahead_of_time(evidence: Evidence, age_s: float) -> None:
     evidence.times = [replace(time, time_unix_ns=time.time_unix_ns + 60 * 10**9) for time in evidence.times]
 
 
+def stormy(evidence: Evidence, age_s: float) -> None:
+    evidence.winds = [replace(wind, speed_mps=60.0) for wind in evidence.winds]
+
+
 @dataclass(frozen=True)
 class Row:
     """`within_s`: how soon the hypothesis must find `lie` on `boat`, which it has known for 40 s; `fault`: what it says
@@ -141,6 +146,7 @@ ROWS = (
     Row(HeadingDrift, lambda evidence, age_s: turned(evidence, math.radians(age_s)), HEADING, "drifts", 4.0),
     Row(HeadingCourse, lambda evidence, _: turned(evidence, 0.7), HEADING, "is not on course", 9.0, Boat(8.0)),
     Row(TimeWrong, ahead_of_time, TIME, "is off by 60.0 s", 0.2),
+    Row(WindStrong, stormy, Channel(Sense.WIND, "wind"), "says 60 m/s", 3.0),
     Row(AccuracyLie, noisy(), POSITION, "is noisier than it claims", 5.0),
     Row(
         ReceiversApart,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Evidence
+from companion.nav.integrity.evidence import Channel, Evidence, Sense
 from companion.nav.integrity.imu_gravity import ImuGravity
 from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil
 
@@ -27,6 +27,14 @@ def test_wrong_gravity_is_found(factor: float, fault: str) -> None:
     assert passage.go(10.0) == []
     found = passage.go(10.0, down(factor))
     assert found[0][0] <= 4.0 and found[-1][1].fault == fault
+
+
+def test_of_a_sensor_that_is_mounted_upside_down_nothing_is_used() -> None:
+    """Its gyro turns the other way, too: the heading beside it is right."""
+    found = Passage(ImuGravity(), Boat()).go(6.0, down(-1.0))
+    assert {finding.channel for _, finding in found} == {Channel(Sense.IMU, "imu")}
+    found = Passage(ImuGravity(), Boat()).go(6.0, down(2.0))
+    assert {finding.channel for _, finding in found} == {Channel(Sense.ACCELEROMETER, "imu")}
 
 
 def test_slamming_is_no_lie() -> None:

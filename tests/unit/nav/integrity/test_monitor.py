@@ -320,3 +320,59 @@ def test_texts_are_short_and_name_a_remedy_or_a_result() -> None:
 
 def test_an_unknown_channel_is_trusted() -> None:
     assert Watch().monitor.trusts(Sense.WIND, "nobody")
+
+
+def in_doubt(spoil: Spoil) -> Spoil:
+    """The same, while the times of the receiver's values are in doubt."""
+
+    def spoilt(evidence: Evidence, age_s: float) -> None:
+        spoil(evidence, age_s)
+        evidence.driven, evidence.maybe_late = False, True
+
+    return spoilt
+
+
+def far_off(evidence: Evidence, age_s: float) -> None:
+    moved(evidence, 50.0)
+
+
+def test_a_jump_that_no_latency_explains_stands_while_times_are_in_doubt() -> None:
+    watch = Watch()
+    watch.go(20.0)
+    assert "gnss position jumped 50 m: not used" in watch.go(2.0, far_off)
+    watch.go(10.0, in_doubt(far_off))
+    assert set(watch.verdicts) == {Verdict.REJECT} and not watch.trusts(POSITION)
+    watch.go(8.0, far_off)
+    assert set(watch.verdicts) == {Verdict.REJECT} and not watch.trusts(POSITION)
+
+
+def test_a_sensor_that_repeats_is_found_while_times_are_in_doubt_and_stays_so() -> None:
+    watch = Watch()
+    watch.go(20.0)
+    watch.go(2.0, frozen_imu)
+    assert not watch.trusts(IMU)
+    watch.go(10.0, in_doubt(frozen_imu))
+    assert not watch.trusts(IMU)
+    later = Watch()
+    later.go(20.0)
+    later.go(5.0, in_doubt(frozen_imu))
+    assert not later.trusts(IMU)
+
+
+def test_what_late_readings_may_look_like_is_forgotten_while_times_are_in_doubt() -> None:
+    watch = Watch()
+    watch.go(20.0)
+    watch.go(2.0, lambda evidence, age_s: turned(evidence, math.radians(20.0)))
+    assert not watch.trusts(HEADING)
+    watch.go(0.2, in_doubt(lambda evidence, age_s: turned(evidence, math.radians(20.0))))
+    assert watch.trusts(HEADING)
+
+
+def test_disarming_clears_all_in_doubt_too() -> None:
+    watch = Watch()
+    watch.go(20.0)
+    watch.go(2.0, far_off)
+    watch.go(2.0, in_doubt(far_off))
+    assert not watch.trusts(POSITION)
+    watch.go(0.2, far_off, driven=False)
+    assert watch.trusts(POSITION)

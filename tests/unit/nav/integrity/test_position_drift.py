@@ -176,3 +176,37 @@ def test_a_velocity_that_has_just_jumped_is_not_the_positions_fault() -> None:
     passage = Passage(PositionDrift(), BOAT)
     passage.go(20.0)
     assert passage.go(5.0, suspected) == []
+
+
+def with_its_velocity(mps: float, found_s: float, moves: float = 1.0) -> Spoil:
+    """A receiver whose velocity lies, by wide accuracies, which is found after some seconds. `moves`: the share by
+    which its positions go along."""
+
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        sped(evidence, mps)
+        moved(evidence, moves * mps * age_s)
+        evidence.positions = [seen._replace(sigma_m=0.5) for seen in evidence.positions]
+        if age_s >= found_s:
+            evidence.distrusted = frozenset({Channel(Sense.VELOCITY, "gnss")})
+
+    return spoil
+
+
+def test_positions_that_go_along_with_a_velocity_that_lies_lie_with_it() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    age_s, finding = passage.go(6.0, with_its_velocity(0.3, 4.0))[0]
+    assert age_s <= 4.3 and finding.channel == Channel(Sense.POSITION, "gnss") and finding.asks
+    assert 20.0 - 5.5 <= finding.since_s <= 20.1, "as far back as the estimate must forget"
+
+
+def test_positions_beside_a_velocity_that_lies_alone_are_honest() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    assert passage.go(14.0, with_its_velocity(0.3, 4.0, moves=0.0)) == []
+
+
+def test_positions_beside_an_honest_velocity_that_is_blamed_are_honest() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    assert passage.go(20.0, with_its_velocity(0.0, 4.0)) == []

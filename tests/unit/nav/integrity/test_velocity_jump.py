@@ -53,3 +53,13 @@ def test_an_outlier_in_waves_is_none() -> None:
         jump.screen(velocity(k / HZ, felt + apart + 0.001 * (k % 7), felt=(felt, 0.0)), True)
         assert not jump.update(Evidence(driven=True), k / HZ)
     assert not jump.suspects("gnss")
+
+
+def test_dead_reckoning_that_has_got_worse_does_not_agree_with_a_small_jump() -> None:
+    jump = VelocityJump()
+    for k in range(100):
+        assert jump.screen(velocity(k / HZ, 0.001 * (k % 7)), True) is None
+    for k in range(100):
+        assert jump.screen(velocity(5.0 + k / HZ, 0.22 + 0.001 * (k % 7), off=(0.13, 0.0)), True) is Verdict.REJECT
+    back = [jump.screen(velocity(10.0 + k / HZ, 0.22 + 0.001 * (k % 7), off=(0.05, 0.0)), True) for k in range(40)]
+    assert back[-1] is None, "there it does"

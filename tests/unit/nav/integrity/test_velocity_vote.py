@@ -142,6 +142,18 @@ def test_it_ends_when_the_receiver_agrees_with_the_estimate() -> None:
     assert not [age_s for age_s, _ in passage.go(5.0) if age_s > 2.5]
 
 
+def test_an_estimate_that_had_begun_to_follow_it_does_not_agree_with_it() -> None:
+    """It is nearer to the lie than the truth is, and noise brings one velocity in five to it."""
+    passage = known()
+    assert passage.go(10.0, pulled(0.1))
+
+    def nearer(evidence: Evidence, age_s: float) -> None:
+        near = round(20.0 * age_s) % 5 == 0
+        evidence.velocities = [seen._replace(off_north_mps=0.0 if near else 0.5) for seen in evidence.velocities[-1:]]
+
+    assert [age_s for age_s, _ in passage.go(8.0, nearer) if age_s > 7.5]
+
+
 def test_dead_reckoning_that_gets_worse_does_not_agree_with_it() -> None:
     """The lanes that begin without a measurement know less and less."""
     passage = known()
