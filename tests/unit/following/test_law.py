@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import find, load
+from companion.config.reversing import can_reverse
+from companion.config.vessel import VesselConfig, find, load
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
@@ -17,10 +18,11 @@ from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
-from tests.unit.following.leaders import DT_S, Jet, Lead, leader_at
+from tests.unit.following.leaders import DT_S, Jet, Lead, Twin, leader_at
 from tests.unit.guidance.test_long_hulls import LAUNCH
 
 JET = load(find("rescuerunner"))
+TWIN = load(find("blueboat"))  # turns in place
 ASTERN = (20.0, math.pi)
 LEAST_M = 12.0
 
@@ -29,9 +31,10 @@ class Chase:
     """`sail(duration, speed, turn, follow_position)`. Remembers the least distance, and the law's last motion and
     setpoint."""
 
-    def __init__(self, boat: Jet, lead: Lead, **parameters: float) -> None:
+    def __init__(self, boat: Jet, lead: Lead, config: VesselConfig = JET, **parameters: float) -> None:
         self.boat, self.lead = boat, lead
-        self.law = FollowLaw(JET, Parameters({**JET.parameters, **parameters}), can_reverse=False)
+        reverses = can_reverse(config.thrusters)
+        self.law = FollowLaw(config, Parameters({**config.parameters, **parameters}), reverses)
         self.now_s = 0.0
         self.least_m = math.inf
         self.turned_rad = 0.0
@@ -224,6 +227,20 @@ def test_a_turn_straight_back_is_followed_round() -> None:
         chase.lead.course_rad % math.tau, abs=0.15
     )
     assert chase.least_m > 15.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_slow_leader_that_turns_back_past_the_boat_is_made_room_for(side: float) -> None:
+    """In a circle that is narrower than the keep-out circle. The boat was taken to reach 5 m/s by turning, three times
+    its top speed, and had no way astern to speak of."""
+    lead = Lead(0.0, 0.0)
+    chase = Chase(Twin(TWIN, -17.0, 0.0), lead, TWIN)
+    chase.sail(30.0, 1.0, follow_position=(15.0, math.pi))
+    chase.sail(math.pi / 0.26, 1.0, side * 0.26, follow_position=(15.0, math.pi))
+    chase.sail(20.0, 1.0, follow_position=(15.0, math.pi))
+    assert chase.least_m > LEAST_M + 1.0
+    chase.sail(35.0, 1.0, follow_position=(15.0, math.pi))
+    assert chase.motion.cross_m == pytest.approx(0.0, abs=1.5) and abs(chase.motion.off_m) < 2.0, "and follows it again"
 
 
 @pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])
