@@ -37,8 +37,10 @@ _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4,
 _GO_COST = 0.25  # of a course with way on
 _BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
 _SIDE_COST = 0.35  # of a reversal of the course chosen before
-# of a metre too near: at the closest, and where the leader then goes on and the boat lies still
-_SHORT_COST_1PM, _LATE_COST_1PM = 1.0, 0.6
+_SHORT_COST_1PM = 1.0  # of a metre too near
+# The same at the end of the prediction, for a boat that coasts; where the leader then goes on and the boat lies still,
+# for one that can.
+_LAST_COST_1PM, _LATER_COST_1PM = 0.3, 0.6
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # a slower leader may be coming to rest
 _STOP_SHARE = 0.85  # of the distance at which the boat is to stop
@@ -50,6 +52,7 @@ _LONE_MPS = 1.0  # of a lone thruster that steers by its direction
 _SLOWEST_SHARE = 0.5  # of the top speed in Follow
 _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
+_SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
 
 
@@ -157,6 +160,7 @@ class Clearance:
         faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
         go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
+        late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
         best, found = math.inf, Evasion(nav.yaw_rad, 0.0)
         for offset in _OFFSETS:
             course = wrap_pi(nav.yaw_rad + offset)
@@ -171,7 +175,7 @@ class Clearance:
                 if cost >= best:
                     continue
                 least, later = self._distances(course, speed, nav, way)
-                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + _LATE_COST_1PM * max(0.0, radius_m - later)
+                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
                 if cost < best:
                     best, found, self._way_rad = cost, Evasion(course, speed), way_rad
         self._course = self._way_rad
@@ -180,12 +184,13 @@ class Clearance:
     def _distances(
         self, course_rad: float, speed_mps: float, nav: NavState, way: list[_LeaderStep], plan: MotionPlan | None = None
     ) -> tuple[float, float]:
-        """Predict the boat: (least distance to the leader, that at which the leader passes it if it then lies still) in
-        m."""
+        """Predict the boat: (least distance to the leader, that at the end) in m. The end is where the leader passes
+        the boat, if that can lie still until then."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
         u, v = nav.surge_mps, nav.sway_mps
+        slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
@@ -197,7 +202,7 @@ class Clearance:
             off = wrap_pi(course_rad - yaw)
             r += (min(fastest, max(-fastest, _TURN_GAIN_1PS * off)) - r) * _STEP_S / (_STEP_S + _TURN_LAG_S)
             yaw += r * _STEP_S
-            wanted = self.ahead_mps(speed_mps, off) if plan is None else planned_mps
+            wanted = self._along_mps(speed_mps, off) if plan is None else planned_mps
             if abs(off) > TURNING_RAD and wanted >= 0.0:
                 wanted = max(wanted, self._turning_mps)
             if u > wanted:
@@ -205,11 +210,21 @@ class Clearance:
                 u = max(wanted, u - _STEP_S * max(brake, drag if u > 0.0 else 0.0))
             else:
                 u = min(wanted, u + _STEP_S * push)
-            v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
-            north += _STEP_S * (u * math.cos(yaw) - v * math.sin(yaw))
-            east += _STEP_S * (u * math.sin(yaw) + v * math.cos(yaw))
+            if self._can_reverse:
+                v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
+                slip_n, slip_e = -v * math.sin(yaw), v * math.cos(yaw)
+            else:
+                slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
+            north += _STEP_S * (u * math.cos(yaw) + slip_n)
+            east += _STEP_S * (u * math.sin(yaw) + slip_e)
             least = min(least, math.hypot(north - leader_n, east - leader_e))
-        return least, _passed_m(north, east, way[-1])
+        if self._can_reverse:
+            return least, _passed_m(north, east, way[-1])
+        return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _along_mps(self, speed_mps: float, off_rad: float) -> float:
+        """The speed along the hull that is predicted: a boat that coasts is taken to have all of it at once."""
+        return self.ahead_mps(speed_mps, off_rad) if self._can_reverse else speed_mps
 
     def _sway_mps(self, u: float, v: float, r: float, aside_mps: float) -> float:
         """The sideways speed a step later: by thrust, or of a hull that slides outwards in a turn until its course

@@ -31,6 +31,7 @@ from companion.params.store import Parameters
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track
 _REACH_M = 12.0  # along the track, in which the boat's place on it is sought
 _ROUND_ABOUT = 1.5  # the straight way, from which on a way along the track leads round about
+_NEAR_SHARE = 0.25  # of the distance, within which it does not matter
 _PREVIEW_S = 0.35  # lag of the yaw loop
 _PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
@@ -268,11 +269,11 @@ class FollowLaw:
 
         return motion, plan
 
-    @staticmethod
-    def _leads_round(nav: NavState, way_m: float, goal: TrackPoint) -> bool:
+    def _leads_round(self, nav: NavState, way_m: float, goal: TrackPoint) -> bool:
         """Whether the way along the track leads far round to a follow position that is near: the leader has turned back
         past the boat."""
-        return abs(way_m) > _ROUND_ABOUT * math.hypot(goal.north_m - nav.north_m, goal.east_m - nav.east_m) + _REACH_M
+        straight_m = math.hypot(goal.north_m - nav.north_m, goal.east_m - nav.east_m)
+        return abs(way_m) > _ROUND_ABOUT * straight_m + _NEAR_SHARE * self.distance_m
 
     def _towards_rad(self, cross_m: float, look_m: float) -> float:
         """How far the course leans towards the track: by line of sight, but no more than a boat in an arc can turn back

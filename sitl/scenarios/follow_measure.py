@@ -253,7 +253,7 @@ class Chase:
         """(begin, end, how long after its end the follower is back in its place for 2 s) of each of `crowdings`;
         infinite where it is not before the next one."""
         spans = self.crowdings(gap_m, least_m)
-        nexts = [*(begin_s for begin_s, _ in spans[1:]), math.inf]
+        nexts = [*(begin_s for begin_s, _ in spans), math.inf][1:]
         good = self._in_place(gap_m)
         return tuple(
             (begin_s, end_s, self._good_after(good, end_s, next_s))

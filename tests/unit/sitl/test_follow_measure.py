@@ -84,7 +84,7 @@ def test_no_follower_is_in_its_place_while_the_leader_comes_back_past_it(tmp_pat
     )
     assert run.recovery_s(20.0, 15.0) == (), "the bend is judged by that alone"
     wide = chase(tmp_path, lambda arc: hairpin(arc, 40.0), lambda t: 20.0, lambda t: 0.0, 80.0)
-    assert wide.crowdings(20.0, 15.0) == ()
+    assert wide.crowdings(20.0, 15.0) == wide.rejoins(20.0, 15.0) == ()
 
 
 def test_a_follower_that_makes_room_is_back_where_it_is_behind_its_leader_again(tmp_path: Path) -> None:
