@@ -36,7 +36,9 @@ than the least change of course that is predicted."""
 _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
 _GO_COST = 0.25  # of a course with way on
 _BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
-_SIDE_COST = 0.35  # of a reversal of the course chosen before
+# of a reversal of the course chosen before; the second of a boat that can reverse its thrust as well
+_SIDE_COST, _THRUST_SIDE_COST = 0.35, 0.6
+_BACK_RAD = math.radians(61.0)  # off the bow's present heading, up to which a boat turns while it goes astern
 _SHORT_COST_1PM = 1.0  # of a metre too near
 # The same at the end of the prediction, for a boat that coasts; where the leader then goes on and the boat lies still,
 # for one that can.
@@ -160,18 +162,19 @@ class Clearance:
         faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
         go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
+        side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
         best, found = math.inf, Evasion(nav.yaw_rad, 0.0)
         for offset in _OFFSETS:
             course = wrap_pi(nav.yaw_rad + offset)
             for speed in speeds:
-                if speed < 0.0 and offset != 0.0 and not self._steers_astern:
+                if not self._can(speed, offset):
                     continue
                 way_cost = _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
                 cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
                 way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
                 if self._course is not None:
-                    cost += _SIDE_COST * abs(wrap_pi(way_rad - self._course)) / math.pi
+                    cost += side_cost * abs(wrap_pi(way_rad - self._course)) / math.pi
                 if cost >= best:
                     continue
                 least, later = self._distances(course, speed, nav, way)
@@ -180,6 +183,13 @@ class Clearance:
                     best, found, self._way_rad = cost, Evasion(course, speed), way_rad
         self._course = self._way_rad
         return found
+
+    def _can(self, speed_mps: float, offset_rad: float) -> bool:
+        """Whether the boat can turn by that while it makes such way. One that has to push itself along to turn, and
+        could as well stop, is not counted on to do both."""
+        if speed_mps < 0.0:
+            return offset_rad == 0.0 or (self._steers_astern and abs(offset_rad) < _BACK_RAD)
+        return speed_mps > 0.0 or offset_rad == 0.0 or self._turning_mps == 0.0 or not self._can_reverse
 
     def _distances(
         self, course_rad: float, speed_mps: float, nav: NavState, way: list[_LeaderStep], plan: MotionPlan | None = None

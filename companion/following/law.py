@@ -21,7 +21,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.following.clearance import TURNING_RAD, Clearance, MotionPlan
-from companion.following.keep_out import EITHER, way_round
+from companion.following.keep_out import EITHER, round_m, way_round
 from companion.following.track import LeaderTrack, TrackPoint
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab_compensation import CrabCompensation
@@ -40,7 +40,6 @@ _LEAST_MPS = 0.3  # a slower velocity has no direction
 _BEHIND_SHARE = 0.6  # of the leader's speed: by it a boat that is too far ahead drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
-_ROUND_SHARE = 1.4  # of FOLL_MARGIN, at which the leader is passed
 _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
@@ -119,13 +118,7 @@ class FollowLaw:
     @property
     def distance_m(self) -> float:
         """Distance of the follow position from the leader, no nearer than the keep-out circle allows."""
-        return max(self._asked[0], self._round_m)
-
-    @property
-    def _round_m(self) -> float:
-        """Radius at which the leader is passed: outside the keep-out circle, so that `Clearance` rarely has to act."""
-        p = self._parameters
-        return p["FOLL_MIN_DIST"] + _ROUND_SHARE * p["FOLL_MARGIN"]
+        return max(self._asked[0], round_m(self._parameters))
 
     @property
     def astern(self) -> bool:
@@ -380,7 +373,7 @@ class FollowLaw:
     ) -> _Approach:
         """From `here` to `goal`, both in metres from the leader, around the keep-out circle. `feed`: velocity of the
         follow position; `side`: on which the leader was passed so far."""
-        (wn, we), way, side = way_round(here, goal, self._round_m, side)
+        (wn, we), way, side = way_round(here, goal, round_m(self._parameters), side)
         speed = math.hypot(*feed)
         closing = self._closing(way, speed)
         back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
