@@ -31,7 +31,9 @@ _TURN_SHARE, _CLOSE_MPS, _SETTLES_S = 0.75, 4.0, 10.0
 # share of the leader's top speed below which nothing is judged: a boat without way astern leaves the track there
 MOVING_SHARE = 0.5
 _AT_REST_MPS = 0.2
-_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that goes astern
+# A boat without way astern turns away from a leader that goes astern, and one that makes room for a leader that turns
+# back past it may turn the other way round than that.
+_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet boat drifts in its watch circle
 # A jet that has drifted far sails back, now and then, at speed: judged are the median of the distance, and the speed
@@ -251,10 +253,12 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float, asked: dict[s
     moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * leader_mps)
     allowed_s = rejoining_s(asked, leader_mps)
     last_s = float(chase.t[moving].max()) if moving.any() else 0.0
+    rejoins = chase.rejoins(gap_m, least_m)
+    nexts_s = [*(begin_s for begin_s, _, _ in rejoins), math.inf][1:]
     late: list[float] = []
-    for begin_s, end_s, back_s in chase.rejoins(gap_m, least_m):
+    for (begin_s, end_s, back_s), next_s in zip(rejoins, nexts_s, strict=False):  # none, and no next
         moving &= ~((chase.t >= begin_s) & (chase.t <= end_s + min(back_s, allowed_s)))
-        if end_s + allowed_s <= last_s:
+        if end_s + allowed_s <= min(last_s, next_s):
             late.append(back_s - allowed_s)
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
@@ -272,6 +276,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float, asked: dict[s
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
         "recovery_max_s": max(chase.recovery_s(gap_m, least_m), default=math.nan),
         "rejoined_late_s": max(late, default=math.nan),
+        "turned_back": float(len(rejoins)),
         "receivers_in_wake_share": share(
             abs(chase.receivers_off_m[moving] - off) <= WAKE_M
         ),  # the share of a follower without control errors
@@ -325,12 +330,15 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
     they truly are.
     `tests/scenarios/test_follow.py` judges the truth over many seeds.
     """
+    turns_aside = _TURNS_ASIDE * (
+        (metrics["leader_astern_share"] > _BACKS_SHARE) + (metrics.get("turned_back", 0.0) > 0.0)
+    )
     found = [
         Check("distance from the leader", metrics["nearest_m"], NEAREST_M, "m", at_least=True),
         Check(
             "whole turns that the leader did not make",
             metrics["circles"],
-            _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0,
+            turns_aside,
             "",
         ),
         Check("in Follow all the time", metrics["following_share"], 1.0, "", at_least=True),
