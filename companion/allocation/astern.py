@@ -10,7 +10,8 @@ from companion.config.reversing import stern_first_refusal
 from companion.config.vessel import VesselConfig
 
 _BRAKING_SHARE = 0.4
-_KEPT_SHARE = 0.8  # of the top speed astern: the rest of the thrust is for wind and steering
+STERN_FIRST_SHARE = 0.8
+"""Of the top speed astern: the rest of the thrust is for wind and steering."""
 
 
 def astern_n(config: VesselConfig) -> float:
@@ -30,4 +31,4 @@ def stern_first_mps(config: VesselConfig) -> float:
     of the hull ahead. Infinite for a boat that cannot: it sails ahead."""
     if stern_first_refusal(config.thrusters) is not None:
         return math.inf
-    return _KEPT_SHARE * top_speed_mps(config.hull, astern_n(config))
+    return STERN_FIRST_SHARE * top_speed_mps(config.hull, astern_n(config))

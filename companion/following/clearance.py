@@ -2,9 +2,10 @@
 distance.
 
 Both boats are predicted for 13 s. The leader goes on as it does now; a braking leader comes to rest. The boat turns and
-stops as slowly as it really does: a hull without reverse coasts as long as its drag lets it, and turns only while it
-pushes. If the boat would come too near, other courses are predicted in the same way, each with and without way on. This
-is the simulation-based choice of Johansen, Perez & Cristofaro (2016), for one vessel.
+stops as slowly as it really does: a hull without reverse coasts as long as its drag lets it, and one that a jet or a
+rudder steers turns only while it pushes. If the boat would come too near, other courses are predicted in the same way,
+each with and without way on, and with way astern. This is the simulation-based choice of Johansen, Perez & Cristofaro
+(2016), for one vessel.
 """
 
 from __future__ import annotations
@@ -14,9 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from companion.allocation.astern import STERN_FIRST_SHARE, astern_n
+from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.reversing import turns_in_place, turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
+from companion.guidance.agility import agility_of
 from companion.params.store import Parameters
 
 _STEP_S, _STEPS = 0.5, 26
@@ -30,13 +35,26 @@ TURNING_RAD = math.radians(19.0)
 than the least change of course that is predicted."""
 _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
 _GO_COST = 0.25  # of a course with way on
-_SIDE_COST = 0.35  # of a reversal of the course chosen before
-_SHORT_COST_1PM, _LATE_COST_1PM = 1.0, 0.3  # of a metre too near: at the closest, and at the end of the prediction
+_BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
+# of a reversal of the course chosen before; the second of a boat that can reverse its thrust as well
+_SIDE_COST, _THRUST_SIDE_COST = 0.35, 0.6
+_BACK_RAD = math.radians(61.0)  # off the bow's present heading, up to which a boat turns while it goes astern
+_SHORT_COST_1PM = 1.0  # of a metre too near
+# The same at the end of the prediction, for a boat that coasts; where the leader then goes on and the boat lies still,
+# for one that can.
+_LAST_COST_1PM, _LATER_COST_1PM = 0.3, 0.6
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # a slower leader may be coming to rest
 _STOP_SHARE = 0.85  # of the distance at which the boat is to stop
 _OWN_MPS = 0.3  # towards the leader; a slower approach is left to the law
 _THRUST_SHARE = 0.4  # of the surge limit, with which a boat that has reverse is predicted to brake and accelerate
+_FASTER_MPS = 0.5  # than the leader, for one that gets out of its way
+_STEERING_SHARE = 0.6  # of the thrust that steers: what drives the boat on meanwhile
+_LONE_MPS = 1.0  # of a lone thruster that steers by its direction
+_SLOWEST_SHARE = 0.5  # of the top speed in Follow
+_WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
+_ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
+_SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
 
 
@@ -73,20 +91,36 @@ class Clearance:
         self._hull = config.hull
         self._parameters = parameters
         self._can_reverse = can_reverse
-        self._steers_by_thrust = config.limits.sway_n <= 0.0
-        least = 1.0
-        if self._steers_by_thrust:  # the speed at which the drag equals the thrust that it steers with
-            while least < 5.0 and config.hull.drag_n(least) < 0.6 * parameters["JET_STEER_N"]:
-                least += 0.1
-        self._turning_mps = least
+        self._turning_mps = turning_mps(config, parameters)
+        back_mps = STERN_FIRST_SHARE * top_speed_mps(config.hull, astern_n(config)) if can_reverse else 0.0
+        self._back_mps = max(parameters["DP_SPEED_ASTERN"], back_mps) if can_reverse else 0.0
+        self._steers_astern = can_reverse and turns_on_the_spot(config.thrusters)
+        agility = agility_of(config)
+        self._aside_mps = 0.0 if agility is None else agility.sway_mps(_ASIDE_SHARE)
         self._thrust_mps2 = _THRUST_SHARE * config.limits.surge_n / config.hull.m11_kg
         self._course: float | None = None
+        self._way_rad = 0.0
         self._too_near = False
 
     @property
     def turning_mps(self) -> float:
         """The speed that the boat reaches by the thrust that it steers with."""
         return self._turning_mps
+
+    def ahead_mps(self, speed_mps: float, off_rad: float) -> float:
+        """Speed along the hull for `speed_mps` on a course that lies `off_rad` off the bow. A boat that needs no way to
+        turn goes no other way meanwhile; if the course lies abaft its beam, it begins to make way astern."""
+        if speed_mps <= 0.0:
+            return speed_mps
+        along = math.cos(off_rad)
+        if self._turning_mps > 0.0:
+            return speed_mps * max(_WAY_SHARE, along)
+        return max(-self._back_mps, speed_mps * along)
+
+    def aside_mps(self, speed_mps: float, off_rad: float) -> float:
+        """Speed to starboard of the hull, likewise; 0 without sideways thrust."""
+        aside_mps = max(0.0, speed_mps) * math.sin(off_rad)
+        return min(self._aside_mps, max(-self._aside_mps, aside_mps))
 
     @property
     def radius_m(self) -> float:
@@ -125,35 +159,49 @@ class Clearance:
     ) -> Evasion:
         """The course and speed of least cost: deviation, reversal, and metres too near."""
         p = self._parameters
-        go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, abs(leader.speed_mps) + 0.5 * self._turning_mps))
-        speeds = (0.0, go_mps, -p["DP_SPEED_ASTERN"]) if self._can_reverse else (0.0, go_mps)
+        faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
+        go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
+        speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
+        side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
+        late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
         best, found = math.inf, Evasion(nav.yaw_rad, 0.0)
         for offset in _OFFSETS:
             course = wrap_pi(nav.yaw_rad + offset)
             for speed in speeds:
-                if speed < 0.0 and offset != 0.0:
+                if not self._can(speed, offset):
                     continue
-                cost = abs(wrap_pi(course - wanted_rad)) / math.pi + (_GO_COST if speed > 0.0 else 0.0)
+                way_cost = _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
+                cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
+                way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
                 if self._course is not None:
-                    cost += _SIDE_COST * abs(wrap_pi(course - self._course)) / math.pi
+                    cost += side_cost * abs(wrap_pi(way_rad - self._course)) / math.pi
                 if cost >= best:
                     continue
-                least, last = self._distances(course, speed, nav, way)
-                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + _LATE_COST_1PM * max(0.0, radius_m - last)
+                least, later = self._distances(course, speed, nav, way)
+                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
                 if cost < best:
-                    best, found = cost, Evasion(course, speed)
-        self._course = found.course_rad
+                    best, found, self._way_rad = cost, Evasion(course, speed), way_rad
+        self._course = self._way_rad
         return found
+
+    def _can(self, speed_mps: float, offset_rad: float) -> bool:
+        """Whether the boat can turn by that while it makes such way. One that has to push itself along to turn, and
+        could as well stop, is not counted on to do both."""
+        if speed_mps < 0.0:
+            return offset_rad == 0.0 or (self._steers_astern and abs(offset_rad) < _BACK_RAD)
+        return speed_mps > 0.0 or offset_rad == 0.0 or self._turning_mps == 0.0 or not self._can_reverse
 
     def _distances(
         self, course_rad: float, speed_mps: float, nav: NavState, way: list[_LeaderStep], plan: MotionPlan | None = None
     ) -> tuple[float, float]:
-        """Predict the boat: (least distance to the leader, distance at the end) in m."""
+        """Predict the boat: (least distance to the leader, that at the end) in m. The end is where the leader passes
+        the boat, if that can lie still until then."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
-        north, east, yaw, u, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.surge_mps, nav.yaw_rate_radps
+        north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
+        u, v = nav.surge_mps, nav.sway_mps
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
-        least, distance = math.inf, math.hypot(nav.north_m - way[0][0], nav.east_m - way[0][1])
+        least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
             if plan is not None:
@@ -164,22 +212,67 @@ class Clearance:
             off = wrap_pi(course_rad - yaw)
             r += (min(fastest, max(-fastest, _TURN_GAIN_1PS * off)) - r) * _STEP_S / (_STEP_S + _TURN_LAG_S)
             yaw += r * _STEP_S
-            wanted = speed_mps
-            if plan is not None:
-                wanted = planned_mps
-            if self._steers_by_thrust and abs(off) > TURNING_RAD:
+            wanted = self._along_mps(speed_mps, off) if plan is None else planned_mps
+            if abs(off) > TURNING_RAD and wanted >= 0.0:
                 wanted = max(wanted, self._turning_mps)
             if u > wanted:
                 drag = hull.drag_n(abs(u)) / hull.m11_kg
                 u = max(wanted, u - _STEP_S * max(brake, drag if u > 0.0 else 0.0))
             else:
                 u = min(wanted, u + _STEP_S * push)
-            slip_n, slip_e = 0.7 * slip_n, 0.7 * slip_e
+            if self._can_reverse:
+                v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
+                slip_n, slip_e = -v * math.sin(yaw), v * math.cos(yaw)
+            else:
+                slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
             north += _STEP_S * (u * math.cos(yaw) + slip_n)
             east += _STEP_S * (u * math.sin(yaw) + slip_e)
-            distance = math.hypot(north - leader_n, east - leader_e)
-            least = min(least, distance)
-        return least, distance
+            least = min(least, math.hypot(north - leader_n, east - leader_e))
+        if self._can_reverse:
+            return least, _passed_m(north, east, way[-1])
+        return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _along_mps(self, speed_mps: float, off_rad: float) -> float:
+        """The speed along the hull that is predicted: a boat that coasts is taken to have all of it at once."""
+        return self.ahead_mps(speed_mps, off_rad) if self._can_reverse else speed_mps
+
+    def _sway_mps(self, u: float, v: float, r: float, aside_mps: float) -> float:
+        """The sideways speed a step later: by thrust, or of a hull that slides outwards in a turn until its course
+        follows its bow."""
+        if self._aside_mps > 0.0:
+            return v + (aside_mps - v) * _STEP_S / (_STEP_S + _ASIDE_TAU_S)
+        hull = self._hull
+        lag_s = hull.sway_lag_s(u, v)
+        if lag_s <= 0.0:
+            return 0.0
+        return (v - _STEP_S * hull.m11_kg / hull.m22_kg * u * r) / (1.0 + _STEP_S / lag_s)
+
+
+def turning_mps(config: VesselConfig, parameters: Parameters) -> float:
+    """The speed that a boat reaches by the thrust that it steers with; 0 for one that turns in place."""
+    thrusters = config.thrusters
+    if config.limits.sway_n > 0.0 or turns_in_place(thrusters):
+        return 0.0
+    kind, slowest_mps = thrusters[0].kind, _SLOWEST_SHARE * parameters["MPC_XY_VEL_MAX"]
+    if kind == "jet":
+        steering_n, slowest_mps = parameters["JET_STEER_N"], 5.0
+    elif kind == "rudder":
+        steering_n = parameters["RUD_STEER"] * thrusters[0].max_n
+    else:
+        return min(_LONE_MPS, slowest_mps)
+    least = 1.0
+    while least < slowest_mps and config.hull.drag_n(least) < _STEERING_SHARE * steering_n:
+        least += 0.1
+    return least
+
+
+def _passed_m(north_m: float, east_m: float, leader: _LeaderStep) -> float:
+    """The distance at which the leader passes a place if it goes straight on; the present one where it goes away."""
+    dn, de = north_m - leader.north_m, east_m - leader.east_m
+    c, s = math.cos(leader.course_rad), math.sin(leader.course_rad)
+    if (dn * c + de * s) * leader.speed_mps <= 0.0:
+        return math.hypot(dn, de)
+    return abs(de * c - dn * s)
 
 
 def _leader_way(leader: Leader) -> list[_LeaderStep]:

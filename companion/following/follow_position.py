@@ -7,8 +7,10 @@ import math
 from companion.core.angles import wrap_pi
 from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.events import EventLog
+from companion.following.keep_out import round_m
 from companion.params.store import Parameters
 
+_NOTABLE_M = 0.5  # by which another distance is kept than asked for
 _NAMES = ("FLW_TGT_DST", "FLW_TGT_FA")
 
 
@@ -20,7 +22,7 @@ class FollowPosition:
         self._parameters = parameters
         self._events = events
         self._commanded: tuple[float, float] | None = None
-        self._told: tuple[tuple[float, float], float] | None = None
+        self._told: tuple[tuple[float, float], float, float] | None = None
         parameters.on_change(lambda name, _value: self.drop() if name in _NAMES else None)
 
     @property
@@ -56,16 +58,18 @@ class FollowPosition:
     @property
     def text(self) -> str:
         """For people, with what keeps the boat further away."""
-        least_m = self._parameters["FOLL_MIN_DIST"]
-        return _text(self.now) + (f", but FOLL_MIN_DIST is {least_m:g} m" if self.now[0] < least_m else "")
+        asked_m, least_m, kept_m = self.now[0], self._parameters["FOLL_MIN_DIST"], round_m(self._parameters)
+        if asked_m < least_m:
+            return f"{_text(self.now)}, but FOLL_MIN_DIST is {least_m:g} m"
+        return _text(self.now) + (f", but {kept_m:.0f} m is kept" if asked_m < kept_m - _NOTABLE_M else "")
 
     def drop(self) -> None:
         """Back to the parameters."""
         self._commanded = None
 
     @property
-    def _state(self) -> tuple[tuple[float, float], float]:
-        return self.now, self._parameters["FOLL_MIN_DIST"]
+    def _state(self) -> tuple[tuple[float, float], float, float]:
+        return self.now, self._parameters["FOLL_MIN_DIST"], round_m(self._parameters)
 
     def _tell(self, now_s: float) -> None:
         self._events.say(now_s, TextKind.ROUTINE, "station", f"Follow position: {self.text}")

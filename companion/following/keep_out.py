@@ -5,9 +5,17 @@ from __future__ import annotations
 import math
 
 from companion.core.angles import wrap_pi
+from companion.params.store import Parameters
 
 PORT, EITHER, STARBOARD = -1, 0, 1
 _SWITCH_RAD = math.radians(25.0)  # the side changes only where the other way round is shorter by this
+_ROUND_SHARE = 1.4  # of FOLL_MARGIN
+
+
+def round_m(parameters: Parameters) -> float:
+    """Radius in m at which the leader is passed, and no follow position is nearer: outside the keep-out circle, so that
+    `Clearance` rarely has to act."""
+    return parameters["FOLL_MIN_DIST"] + _ROUND_SHARE * parameters["FOLL_MARGIN"]
 
 
 def way_round(

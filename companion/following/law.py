@@ -21,8 +21,8 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.following.clearance import TURNING_RAD, Clearance, MotionPlan
-from companion.following.keep_out import EITHER, way_round
-from companion.following.track import LeaderTrack
+from companion.following.keep_out import EITHER, round_m, way_round
+from companion.following.track import LeaderTrack, TrackPoint
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.turning import turning_of
@@ -30,6 +30,8 @@ from companion.params.store import Parameters
 
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track
 _REACH_M = 12.0  # along the track, in which the boat's place on it is sought
+_ROUND_ABOUT = 1.5  # the straight way, from which on a way along the track leads round about
+_NEAR_SHARE = 0.25  # of the distance, within which it does not matter
 _PREVIEW_S = 0.35  # lag of the yaw loop
 _PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
@@ -38,8 +40,6 @@ _LEAST_MPS = 0.3  # a slower velocity has no direction
 _BEHIND_SHARE = 0.6  # of the leader's speed: by it a boat that is too far ahead drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
-_EVADING_SHARE = 0.5  # likewise, while it keeps clear of the leader
-_ROUND_SHARE = 1.4  # of FOLL_MARGIN, at which the leader is passed
 _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
@@ -104,6 +104,7 @@ class FollowLaw:
         self.track = LeaderTrack()
         self._clearance = Clearance(config, parameters, can_reverse)
         self._s: float | None = None
+        self._strayed = False  # off its way along the track, to keep clear
         self._side = EITHER
         self._yaw: float | None = None
         self._cruising_mps = 0.0
@@ -117,13 +118,7 @@ class FollowLaw:
     @property
     def distance_m(self) -> float:
         """Distance of the follow position from the leader, no nearer than the keep-out circle allows."""
-        return max(self._asked[0], self._round_m)
-
-    @property
-    def _round_m(self) -> float:
-        """Radius at which the leader is passed: outside the keep-out circle, so that `Clearance` rarely has to act."""
-        p = self._parameters
-        return p["FOLL_MIN_DIST"] + _ROUND_SHARE * p["FOLL_MARGIN"]
+        return max(self._asked[0], round_m(self._parameters))
 
     @property
     def astern(self) -> bool:
@@ -151,6 +146,7 @@ class FollowLaw:
         self.track = LeaderTrack(min(2.0, max(0.25, 0.1 * self.distance_m)))
         self.track.start(leader, 2.0 * self.distance_m, course, now_s)
         self._s = None
+        self._strayed = False
         self._side = EITHER
         self._yaw = None
         self._resting = self._rested = False
@@ -185,6 +181,7 @@ class FollowLaw:
         )
         if evasion is None:
             return motion
+        self._strayed = True
         return replace(
             motion,
             course_rad=evasion.course_rad,
@@ -220,7 +217,7 @@ class FollowLaw:
         """Motion along the track, and how it goes on, seen along the straight line between the boats. None where the
         boat is not on the track."""
         track, look = self.track, self.lookahead_m
-        before = self._s
+        before = None if self._strayed else self._s
         s = track.project(nav.north_m, nav.east_m, before, _REACH_M)
         here = track.at(s)
         dn, de = nav.north_m - here.north_m, nav.east_m - here.east_m
@@ -229,9 +226,12 @@ class FollowLaw:
         if far or s > track.end_s_m - 0.5 * self._parameters["FOLL_MIN_DIST"] or s < track.begin_s_m - look:
             self._s = None
             return None
-        self._s = s
-        track.trim(min(s, track.end_s_m - self.distance_m))
         goal_s = track.end_s_m - self.distance_m
+        if self._strayed and self._leads_round(nav, goal_s - s, track.at(goal_s)):
+            self._s = None
+            return None
+        self._s, self._strayed = s, self._strayed and abs(goal_s - s) > 0.5 * self.distance_m
+        track.trim(min(s, goal_s))
         speed = self._speed(leader.speed_mps, goal_s - s, leader.acceleration_mps2)
         preview_s = self._preview_s + self._turning.late_s(nav.surge_mps, nav.sway_mps)
         ahead = track.at(s + preview_s * self._cruising_mps)
@@ -261,6 +261,12 @@ class FollowLaw:
             )
 
         return motion, plan
+
+    def _leads_round(self, nav: NavState, way_m: float, goal: TrackPoint) -> bool:
+        """Whether the way along the track leads far round to a follow position that is near: the leader has turned back
+        past the boat."""
+        straight_m = math.hypot(goal.north_m - nav.north_m, goal.east_m - nav.east_m)
+        return abs(way_m) > _ROUND_ABOUT * straight_m + _NEAR_SHARE * self.distance_m
 
     def _towards_rad(self, cross_m: float, look_m: float) -> float:
         """How far the course leans towards the track: by line of sight, but no more than a boat in an arc can turn back
@@ -367,7 +373,7 @@ class FollowLaw:
     ) -> _Approach:
         """From `here` to `goal`, both in metres from the leader, around the keep-out circle. `feed`: velocity of the
         follow position; `side`: on which the leader was passed so far."""
-        (wn, we), way, side = way_round(here, goal, self._round_m, side)
+        (wn, we), way, side = way_round(here, goal, round_m(self._parameters), side)
         speed = math.hypot(*feed)
         closing = self._closing(way, speed)
         back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
@@ -397,11 +403,16 @@ class FollowLaw:
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
         if motion.resting or (abs(off) < TURNING_RAD and self._runs_out(speed, nav, motion)):
             return WrenchSetpoint(ZERO_WRENCH, self._progress(motion, nav))
-        least = _EVADING_SHARE if motion.evading else 0.0 if self._can_sway else _STEERAGE_SHARE
-        surge = speed * max(least, math.cos(off)) if speed > 0.0 else speed
+        sway = 0.0
+        if motion.evading:
+            surge, sway = self._clearance.ahead_mps(speed, off), self._clearance.aside_mps(speed, off)
+        else:
+            least = 0.0 if self._can_sway else _STEERAGE_SHARE
+            surge = speed * max(least, math.cos(off)) if speed > 0.0 else speed
         return PathSetpoint(
             self._yaw,
             surge,
+            sway,
             yaw_rate_radps=turn,
             surge_mps2=motion.gain_mps2,
             progress=self._progress(motion, nav),

@@ -52,6 +52,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     convoy.sail(follow.duration_s(settings))
     return {
         **asked,
+        **follow.agility(convoy),
         "begun_s": begun_s,
         "way_s": way_s,
         "marks": [(asked["from_s"], "departs")],

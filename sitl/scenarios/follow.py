@@ -23,11 +23,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SETTLE_S = 40.0  # after the leader's departure
-NEAREST_M = 12.0
+NEAREST_M = 12.0  # FOLL_MIN_DIST
+_MARGIN_M, _ROUND_SHARE = 3.5, 1.4  # FOLL_MARGIN, and how much of it a follow position keeps
+# A leader that turns back past its follower displaces it. It can be back when it has turned half round, at this share
+# of PATH_YAW_RATE, has made up what the leader has gone on meanwhile, by FOLL_CLOSE_V at most, and has settled.
+_TURN_SHARE, _CLOSE_MPS, _SETTLES_S = 0.75, 4.0, 10.0
 # share of the leader's top speed below which nothing is judged: a boat without way astern leaves the track there
 MOVING_SHARE = 0.5
 _AT_REST_MPS = 0.2
-_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that goes astern
+# A boat without way astern turns away from a leader that goes astern, and one that makes room for a leader that turns
+# back past it may turn the other way round than that.
+_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet boat drifts in its watch circle
 # A jet that has drifted far sails back, now and then, at speed: judged are the median of the distance, and the speed
@@ -146,7 +152,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     convoy.sail(REST_S)
     asked = begun(convoy)
     convoy.sail(duration_s(settings))
-    return asked
+    return {**asked, **agility(convoy)}
 
 
 def duration_s(settings: Settings) -> float:
@@ -170,6 +176,27 @@ def begun(convoy: Convoy) -> dict[str, Any]:
     }
 
 
+def agility(convoy: Convoy) -> dict[str, Any]:
+    """What `measure` needs of the parameters; asked for once the sail is over, since asking takes time."""
+    ground_station = convoy.ground_stations[0]
+    return {
+        "turns_radps": math.radians(ground_station.parameter("PATH_YAW_RATE")),
+        "most_mps": ground_station.parameter("MPC_XY_VEL_MAX"),
+    }
+
+
+def kept_m(settings: Settings) -> float:
+    """The distance of the follow position that the boat keeps: outside the keep-out circle, whatever is asked for."""
+    return max(follow_position_of(settings)[1], NEAREST_M + _ROUND_SHARE * _MARGIN_M)
+
+
+def rejoining_s(asked: dict[str, Any], leader_mps: float) -> float:
+    """In which a boat is back astern of a leader that has turned back past it; infinite for a leader as fast as it."""
+    turning_s = math.pi / (_TURN_SHARE * asked["turns_radps"])
+    closing_mps = min(_CLOSE_MPS, asked["most_mps"] - leader_mps)
+    return turning_s + turning_s * leader_mps / closing_mps + _SETTLES_S if closing_mps > 0.0 else math.inf
+
+
 def astern_of(settings: Settings) -> bool:
     """Whether the follow position is right astern, where the follower tracks the leader's path."""
     return abs(math.cos(follow_position_of(settings)[0]) + 1.0) < 1e-6
@@ -180,9 +207,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     astern."""
     judged = chase.t >= asked["from_s"] + SETTLE_S
     metrics = (
-        _astern(chase, judged, follow_position_of(settings)[1])
-        if astern_of(settings)
-        else _elsewhere(chase, judged, settings)
+        _astern(chase, judged, kept_m(settings), asked) if astern_of(settings) else _elsewhere(chase, judged, settings)
     )
     metrics |= {
         "nearest_m": float(chase.distance.min()),
@@ -222,10 +247,19 @@ def _before_bends(folder: Path, chase: Chase, judged: NDArray[np.bool_], asked: 
     }
 
 
-def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
-    moving = (
-        judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * float(chase.leader_speed.max()))
-    )
+def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float, asked: dict[str, Any]) -> dict[str, float]:
+    least_m = NEAREST_M + _MARGIN_M
+    leader_mps = float(chase.leader_speed.max())
+    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * leader_mps)
+    allowed_s = rejoining_s(asked, leader_mps)
+    last_s = float(chase.t[moving].max()) if moving.any() else 0.0
+    rejoins = chase.rejoins(gap_m, least_m)
+    nexts_s = [*(begin_s for begin_s, _, _ in rejoins), math.inf][1:]
+    late: list[float] = []
+    for (begin_s, end_s, back_s), next_s in zip(rejoins, nexts_s, strict=False):  # none, and no next
+        moving &= ~((chase.t >= begin_s) & (chase.t <= end_s + min(back_s, allowed_s)))
+        if end_s + allowed_s <= min(last_s, next_s):
+            late.append(back_s - allowed_s)
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m
@@ -240,7 +274,9 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "gap_straight_rms_m": rms(error[straight]),
         "gap_bend_rms_m": rms(error[bend]),
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
-        "recovery_max_s": max(chase.recovery_s(gap_m), default=math.nan),
+        "recovery_max_s": max(chase.recovery_s(gap_m, least_m), default=math.nan),
+        "rejoined_late_s": max(late, default=math.nan),
+        "turned_back": float(len(rejoins)),
         "receivers_in_wake_share": share(
             abs(chase.receivers_off_m[moving] - off) <= WAKE_M
         ),  # the share of a follower without control errors
@@ -294,12 +330,15 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
     they truly are.
     `tests/scenarios/test_follow.py` judges the truth over many seeds.
     """
+    turns_aside = _TURNS_ASIDE * (
+        (metrics["leader_astern_share"] > _BACKS_SHARE) + (metrics.get("turned_back", 0.0) > 0.0)
+    )
     found = [
         Check("distance from the leader", metrics["nearest_m"], NEAREST_M, "m", at_least=True),
         Check(
             "whole turns that the leader did not make",
             metrics["circles"],
-            _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0,
+            turns_aside,
             "",
         ),
         Check("in Follow all the time", metrics["following_share"], 1.0, "", at_least=True),
@@ -311,25 +350,7 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
             )
         )
     if astern_of(settings):
-        by, known, share_is, straight_m = (
-            ("truly", "", "in_wake_share", _TRUE_GAP_M)
-            if settings.get("base")
-            else ("as known", "known_", "known_in_wake_share", _KNOWN_GAP_M)
-        )
-        found += [
-            Check(
-                f"share of the time within 4 m of the leader's track, {by}",
-                metrics[share_is],
-                0.98,
-                "",
-                at_least=True,
-            ),
-            Check(f"gap on straights, RMS, {by}", metrics[f"{known}gap_straight_rms_m"], straight_m, "m"),
-        ]
-        if not math.isnan(metrics["gap_bend_max_m"]):
-            found.append(Check(f"gap in bends, RMS, {by}", metrics[f"{known}gap_bend_rms_m"], 5.0, "m"))
-        if not math.isnan(metrics["recovery_max_s"]):
-            found.append(Check("gap recovered after a bend", metrics["recovery_max_s"], 10.0, "s"))
+        found += _astern_checks(metrics, settings)
     if "final_distance_m" in metrics:
         found += [
             Check(
@@ -340,6 +361,38 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
             ),
             Check("speed beside the leader at rest", metrics["beside_mps"], REST_MPS, "m/s"),
         ]
+    return found
+
+
+def _astern_checks(metrics: dict[str, float], settings: Settings) -> list[Check]:
+    by, known, share_is, straight_m = (
+        ("truly", "", "in_wake_share", _TRUE_GAP_M)
+        if settings.get("base")
+        else ("as known", "known_", "known_in_wake_share", _KNOWN_GAP_M)
+    )
+    found = [
+        Check(
+            f"share of the time within 4 m of the leader's track, {by}",
+            metrics[share_is],
+            0.98,
+            "",
+            at_least=True,
+        ),
+        Check(f"gap on straights, RMS, {by}", metrics[f"{known}gap_straight_rms_m"], straight_m, "m"),
+    ]
+    if not math.isnan(metrics["gap_bend_max_m"]):
+        found.append(Check(f"gap in bends, RMS, {by}", metrics[f"{known}gap_bend_rms_m"], 5.0, "m"))
+    if not math.isnan(metrics["recovery_max_s"]):
+        found.append(Check("gap recovered after a bend", metrics["recovery_max_s"], 10.0, "s"))
+    if not math.isnan(metrics["rejoined_late_s"]):
+        found.append(
+            Check(
+                "later in its place than it can be, after a leader that turned back",
+                metrics["rejoined_late_s"],
+                0.0,
+                "s",
+            )
+        )
     return found
 
 

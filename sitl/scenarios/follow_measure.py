@@ -21,13 +21,15 @@ _ASTERN_M = 600.0  # length of the straight track assumed before the first point
 _STEP_M = 0.25
 # the nearest point is searched within this distance of the last one: other branches of the track do not count
 _WINDOW_M = 15.0
-_LOST_M = 20.0  # at a larger offset the whole recent track is searched
+# at a larger offset the whole recent track is searched; outside the wake too, for a part that is nearer by this
+_LOST_M, _OTHER_SHARE = 20.0, 0.5
 _RECALL_M = 400.0
 _TURNING_RADPS = math.radians(2.0)
 _ONE_BEND_S = 3.0
 _AFTER_BEND_S = 10.0
 _SETTLED_S = 20.0
 _BEHIND_S = 10.0  # longest time by which a follower leaves a bend after the leader
+_ONE_CROWDING_S = 3.0
 _ASTERN_MPS = -0.2
 _BACK_M, _BACK_S = 2.0, 2.0
 
@@ -133,8 +135,10 @@ class Chase:
         arc = None
         for north, east, end in zip(self.north, self.east, self.leader_arc, strict=True):
             place = None if arc is None else self.track.nearest(north, east, arc - _WINDOW_M, min(end, arc + _WINDOW_M))
-            if place is None or abs(place[1]) > _LOST_M:
-                place = self.track.nearest(north, east, end - _RECALL_M, end)
+            if place is None or abs(place[1]) > WAKE_M:
+                other = self.track.nearest(north, east, end - _RECALL_M, end)
+                if place is None or abs(place[1]) > _LOST_M or abs(other[1]) < _OTHER_SHARE * abs(place[1]):
+                    place = other
             arc = place[0]
             found.append(place)
         arcs, offsets, courses = np.array(found).T
@@ -229,6 +233,33 @@ class Chase:
             times.append(float(out[0]) if out else math.inf)
         return tuple(times)
 
+    def crowdings(self, gap_m: float, least_m: float) -> tuple[tuple[float, float], ...]:
+        """(begin, end) of each time in which the leader is within `least_m` of the place `gap_m` astern in its wake: it
+        has turned back beside it, and no follower that keeps that distance can be in that place."""
+        import numpy as np
+
+        arc = self.leader_arc - gap_m
+        north, east = (np.interp(arc, self.track.arc, each) for each in (self.track.north, self.track.east))
+        near = np.hypot(north - self.leader_north, east - self.leader_east) < least_m
+        spans: list[list[float]] = []
+        for t in self.t[near]:
+            if spans and t - spans[-1][1] < _ONE_CROWDING_S:
+                spans[-1][1] = float(t)
+            else:
+                spans.append([float(t), float(t)])
+        return tuple((begin_s, end_s) for begin_s, end_s in spans)
+
+    def rejoins(self, gap_m: float, least_m: float) -> tuple[tuple[float, float, float], ...]:
+        """(begin, end, how long after its end the follower is back in its place for 2 s) of each of `crowdings`;
+        infinite where it is not before the next one."""
+        spans = self.crowdings(gap_m, least_m)
+        nexts = [*(begin_s for begin_s, _ in spans), math.inf][1:]
+        good = self._in_place(gap_m)
+        return tuple(
+            (begin_s, end_s, self._good_after(good, end_s, next_s))
+            for (begin_s, end_s), next_s in zip(spans, nexts, strict=True)
+        )
+
     @property
     def in_bend(self) -> NDArray[np.bool_]:
         """True from the leader's turn until the follower has left it."""
@@ -258,23 +289,31 @@ class Chase:
                 swings.append(float(apart.max() - apart.min()))
         return max(swings, default=math.nan)
 
-    def recovery_s(self, gap_m: float) -> tuple[float, ...]:
+    def recovery_s(self, gap_m: float, least_m: float = 0.0) -> tuple[float, ...]:
         """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s.
 
         Infinite where that does not happen before the next bend or the end. Omitted: bends too close to the end of the
-        run, and those that a follower in its place leaves when the leader turns again already.
+        run, those that a follower in its place leaves when the leader turns again already, and those with `crowdings`.
         """
         times = []
-        good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
+        crowdings = self.crowdings(gap_m, least_m)
+        good = self._in_place(gap_m)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
         for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
             if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:
+                continue
+            if any(bend.begin_s < end and begin < bend.end_s + _BEHIND_S for begin, end in crowdings):
                 continue
             straight_to_m = self.leader_arc[self.t <= end_s].max() - gap_m
             if straight_to_m < bend.end_m + _BACK_S * self.leader_surge.max():
                 continue
             times.append(self._good_after(good, through_s, end_s))
         return tuple(times)
+
+    def _in_place(self, gap_m: float) -> NDArray[np.bool_]:
+        """True where the known gap is within 2 m, and the known offset within 4 m."""
+        good: NDArray[np.bool_] = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
+        return good
 
     def _good_after(self, good: NDArray[np.bool_], from_s: float, to_s: float) -> float:
         since: float | None = None

@@ -45,6 +45,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         convoy.sail(follow.REST_S)
         asked = follow.begun(convoy)
         convoy.sail(follow.duration_s(settings))
+        asked |= follow.agility(convoy)
     finally:
         second.close()
     return {**asked, "others": [_SECOND]}

@@ -1,4 +1,5 @@
-"""A lead boat on a given way, and a boat that does what a setpoint says as far as a hull without way astern can."""
+"""A lead boat on a given way, and boats that do what a setpoint says: a hull without way astern, and one that has it and
+turns in place."""
 
 from __future__ import annotations
 
@@ -84,6 +85,37 @@ class Jet:
             wanted = max(setpoint.surge_mps, 2.3 if abs(off) > 0.15 else 0.0)
         u = min(wanted, u + 2.0 * DT_S) if u < wanted else max(wanted, u - drag * DT_S)
         rate += (turn - rate) * DT_S / 0.6
+        yaw = wrap_pi(nav.yaw_rad + rate * DT_S)
+        north, east = u * math.cos(yaw), u * math.sin(yaw)
+        self.nav = replace(
+            nav,
+            north_m=nav.north_m + north * DT_S,
+            east_m=nav.east_m + east * DT_S,
+            yaw_rad=yaw,
+            surge_mps=u,
+            north_mps=north,
+            east_mps=east,
+            yaw_rate_radps=rate,
+        )
+        return self.nav
+
+
+class Twin(Jet):
+    """Turns in place, as fast as PATH_YAW_RATE at most, goes astern, and changes its speed by `thrust_mps2` at most."""
+
+    thrust_mps2 = 0.5
+    turns_radps = 0.4
+
+    def step(self, setpoint: Setpoint) -> NavState:
+        nav = self.nav
+        u, rate = nav.surge_mps, nav.yaw_rate_radps
+        wanted, turn = 0.0, 0.0
+        if isinstance(setpoint, PathSetpoint) and setpoint.yaw_rad is not None:
+            wanted = setpoint.surge_mps
+            turn = 1.2 * wrap_pi(setpoint.yaw_rad - nav.yaw_rad) + setpoint.yaw_rate_radps
+        gained = self.thrust_mps2 * DT_S
+        u += min(gained, max(-gained, wanted - u))
+        rate += (min(self.turns_radps, max(-self.turns_radps, turn)) - rate) * DT_S / 0.6
         yaw = wrap_pi(nav.yaw_rad + rate * DT_S)
         north, east = u * math.cos(yaw), u * math.sin(yaw)
         self.nav = replace(

@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import find, load
+from companion.config.reversing import can_reverse
+from companion.config.vessel import VesselConfig, find, load
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
@@ -17,10 +18,11 @@ from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
-from tests.unit.following.leaders import DT_S, Jet, Lead, leader_at
+from tests.unit.following.leaders import DT_S, Jet, Lead, Twin, leader_at
 from tests.unit.guidance.test_long_hulls import LAUNCH
 
 JET = load(find("rescuerunner"))
+TWIN = load(find("blueboat"))  # turns in place
 ASTERN = (20.0, math.pi)
 LEAST_M = 12.0
 
@@ -29,9 +31,10 @@ class Chase:
     """`sail(duration, speed, turn, follow_position)`. Remembers the least distance, and the law's last motion and
     setpoint."""
 
-    def __init__(self, boat: Jet, lead: Lead, **parameters: float) -> None:
+    def __init__(self, boat: Jet, lead: Lead, config: VesselConfig = JET, **parameters: float) -> None:
         self.boat, self.lead = boat, lead
-        self.law = FollowLaw(JET, Parameters({**JET.parameters, **parameters}), can_reverse=False)
+        reverses = can_reverse(config.thrusters)
+        self.law = FollowLaw(config, Parameters({**config.parameters, **parameters}), reverses)
         self.now_s = 0.0
         self.least_m = math.inf
         self.turned_rad = 0.0
@@ -90,17 +93,18 @@ def test_a_boat_that_steers_late_looks_further_along_the_track() -> None:
 
 
 def test_a_hull_that_its_rudder_turns_late_begins_a_bend_before_the_leaders_track_does() -> None:
-    """A launch began each bend 3 m too late, and came out of it 3 to 9 m off the track."""
+    """A launch began each bend 3 m too late, and came out of it 3 to 9 m off the track. With a keep-out circle that the
+    leader, so near, is clear of."""
     asked, boat = [], replace(AT_REST, north_m=27.0, surge_mps=1.5, north_mps=1.5)
     for damping in (LAUNCH.hull.damping, replace(LAUNCH.hull.damping, y_v=1e6)):  # the second slides nowhere
-        law = FollowLaw(
-            replace(LAUNCH, hull=replace(LAUNCH.hull, damping=damping)), Parameters(LAUNCH.parameters), True
-        )
+        parameters = Parameters({**LAUNCH.parameters, "FOLL_MIN_DIST": 2.0})
+        law = FollowLaw(replace(LAUNCH, hull=replace(LAUNCH.hull, damping=damping)), parameters, True)
         lead, now_s = Lead(20.0, 0.0), 0.0
         law.start(boat, lead.step(1.5), ASTERN, now_s)
         while lead.course_rad < 1.5:
             now_s += DT_S
             motion = law.update(boat, lead.step(1.5, 0.2 if lead.north_m > 30.0 else 0.0), ASTERN, now_s)
+        assert not motion.evading
         asked.append(motion.course_rad)
     assert asked[0] > asked[1] + 0.1
 
@@ -224,6 +228,44 @@ def test_a_turn_straight_back_is_followed_round() -> None:
         chase.lead.course_rad % math.tau, abs=0.15
     )
     assert chase.least_m > 15.0
+
+
+def test_a_boat_that_turns_in_place_is_not_predicted_with_the_way_that_a_jet_needs_to_turn() -> None:
+    """By JET_STEER_N, which is of jets alone: 5 m/s, and more than the top speed of a launch with a rudder."""
+    parameters = Parameters(TWIN.parameters)
+    assert Clearance(TWIN, parameters, can_reverse=True).turning_mps == 0.0
+    launch = Parameters(LAUNCH.parameters)
+    assert 0.0 < Clearance(LAUNCH, launch, can_reverse=True).turning_mps < 0.6 * launch["MPC_XY_VEL_MAX"]
+    jet = Parameters(JET.parameters)
+    assert Clearance(JET, jet, can_reverse=False).turning_mps == pytest.approx(2.5, abs=0.1)
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 60.0, 100.0, 180.0])
+def test_while_it_keeps_clear_a_boat_that_turns_in_place_makes_no_way_where_its_bow_points_meanwhile(
+    off_deg: float,
+) -> None:
+    """It kept half of its speed ahead, whatever lay there."""
+    law = FollowLaw(TWIN, Parameters(TWIN.parameters), can_reverse=True)
+    leader = leader_at(19.0)
+    law.start(AT_REST, leader, ASTERN, 0.0)
+    motion = replace(law.update(AT_REST, leader, ASTERN, 0.1), speed_mps=1.0, evading=True, resting=False)
+    setpoint = law.setpoint(replace(motion, course_rad=wrap_pi(math.radians(off_deg))), AT_REST, DT_S)
+    assert isinstance(setpoint, PathSetpoint)
+    assert setpoint.surge_mps == pytest.approx(math.cos(math.radians(off_deg)), abs=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_slow_leader_that_turns_back_past_the_boat_is_made_room_for(side: float) -> None:
+    """In a circle that is narrower than the keep-out circle. The boat was taken to reach 5 m/s by turning, three times
+    its top speed, and had no way astern to speak of."""
+    lead = Lead(0.0, 0.0)
+    chase = Chase(Twin(TWIN, -17.0, 0.0), lead, TWIN)
+    chase.sail(30.0, 1.0, follow_position=(15.0, math.pi))
+    chase.sail(math.pi / 0.26, 1.0, side * 0.26, follow_position=(15.0, math.pi))
+    chase.sail(20.0, 1.0, follow_position=(15.0, math.pi))
+    assert chase.least_m > LEAST_M + 1.0
+    chase.sail(35.0, 1.0, follow_position=(15.0, math.pi))
+    assert chase.motion.cross_m == pytest.approx(0.0, abs=1.5) and abs(chase.motion.off_m) < 2.0, "and follows it again"
 
 
 @pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])

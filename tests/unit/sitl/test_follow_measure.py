@@ -69,6 +69,32 @@ def test_through_a_hairpin(tmp_path: Path) -> None:
     assert run.circles() == 0.0 and run.recovery_s(20.0) == (0.0,)
 
 
+def test_no_follower_is_in_its_place_while_the_leader_comes_back_past_it(tmp_path: Path) -> None:
+    """From where the follower's place on the hairpin, 20 m astern, is within 15 m of the leader, until it no longer is."""
+    run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 80.0)
+    ((begin_s, end_s),) = run.crowdings(20.0, 15.0)
+    apart_m = [math.dist(hairpin(arc)[:2], hairpin(arc - 20.0)[:2]) for arc in np.arange(380.0, 450.0, 0.1)]
+    crowded = 380.0 + 0.1 * np.flatnonzero(np.array(apart_m) < 15.0)
+    assert (begin_s, end_s) == pytest.approx(
+        ((crowded[0] - 50.0) / SPEED_MPS, (crowded[-1] - 50.0) / SPEED_MPS), abs=0.1
+    )
+    (rejoin,) = run.rejoins(20.0, 15.0)
+    assert rejoin[:2] == (begin_s, end_s) and rejoin[2] < 1.5, (
+        "the receivers' errors are as large as the bend is narrow"
+    )
+    assert run.recovery_s(20.0, 15.0) == (), "the bend is judged by that alone"
+    wide = chase(tmp_path, lambda arc: hairpin(arc, 40.0), lambda t: 20.0, lambda t: 0.0, 80.0)
+    assert wide.crowdings(20.0, 15.0) == wide.rejoins(20.0, 15.0) == ()
+
+
+def test_a_follower_that_makes_room_is_back_where_it_is_behind_its_leader_again(tmp_path: Path) -> None:
+    """It leaves the track before the hairpin, and comes to that beyond it 6 s after the leader is far enough past."""
+    left_s, back_s = 45.0, 60.0
+    run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 10.0 if left_s < t < back_s else 0.0, 80.0)
+    ((_, end_s, after_s),) = run.rejoins(20.0, 15.0)
+    assert end_s + after_s == pytest.approx(back_s, abs=0.1)
+
+
 def test_what_the_receivers_make_of_it(tmp_path: Path) -> None:
     """Northwards a leader's error to the north opens the gap, a follower's error to the east puts it to starboard."""
     run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 80.0)

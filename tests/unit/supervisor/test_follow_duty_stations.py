@@ -52,6 +52,17 @@ def test_a_station_by_parameters_is_said_too_and_what_keeps_the_boat_further_out
     assert len(boat.texts()) == told
 
 
+def test_a_distance_that_the_margin_makes_longer_is_said(boat: Any, lead: LeadBoat) -> None:
+    """15 m was announced, and 16.9 m kept."""
+    following(boat, lead)
+    assert boat.supervisor.following.set_follow_position(None, 15.0, boat.now_s).accepted
+    lead.run(0.1)
+    assert boat.texts()[-1] == "Follow position: 15 m astern, but 17 m is kept"
+    boat.parameters.set("FOLL_MARGIN", 2.0)
+    lead.run(0.1)
+    assert boat.texts()[-1] == "Follow position: 15 m astern"
+
+
 @pytest.mark.parametrize(
     ("bearing_deg", "distance_m", "reason"),
     [
