@@ -72,12 +72,7 @@ class ClearRoutes:
         """`seen`: the corners, and what is known of their sight, from the same area in another lane. `legs`: the wider
         area in which all legs may lie, so that only bends keep to `area`: a straight leg fits a narrower gap."""
         self._area, self._legs = area, legs or area
-        if seen is None:
-            corners = self._few_corners(area)
-            if legs is not None:
-                corners = np.vstack((corners, area.notches(_SIMPLER_M[0], _NOTCH_RAD)))
-            seen = corners, {}
-        self._corners, self._visible = seen
+        self._corners, self._visible = (self._few_corners(area, legs is not None), {}) if seen is None else seen
 
     def in_lane(self, lane: Lane) -> ClearRoutes:
         """The same for another thread (`FenceArea.in_lane`)."""
@@ -85,13 +80,15 @@ class ClearRoutes:
         return ClearRoutes(self._area.in_lane(lane), (self._corners, self._visible.copy()), legs)
 
     @staticmethod
-    def _few_corners(area: FenceArea) -> Floats:
-        """Corners of a simplified area inside this one: so few that an arc is not a hundred bends."""
+    def _few_corners(area: FenceArea, gaps: bool) -> Floats:
+        """Corners of a simplified area inside this one: so few that an arc is not a hundred bends. `gaps`: with the
+        places where a gap has closed, unless these are too many."""
         for tolerance_m in _SIMPLER_M:
             corners = area.shrunk(tolerance_m).corners(tolerance_m)
             if len(corners) <= _MOST_CORNERS:
                 break
-        return corners
+        notches = area.notches(tolerance_m, _NOTCH_RAD) if gaps else corners[:0]
+        return np.vstack((corners, notches)) if len(notches) <= _MOST_CORNERS else corners
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
         """Points from `begin` to `end`, both included, as `way_inside` has it; None where there is no way."""

@@ -114,7 +114,10 @@ class Water:
         found = self._way(begin, end, self.circles)
         if found is not None and self._short_enough(found, math.dist(begin, end)):
             return found
-        hoped = self._way(begin, end, self._hoped(begin))
+        hopes = self._hoped(begin)
+        if np.array_equal(hopes, self.circles):
+            return found
+        hoped = self._way(begin, end, hopes)
         takes = found is None or (hoped is not None and not self._short_enough(found, hoped.length_m))
         return hoped if takes else found
 
@@ -134,7 +137,7 @@ class Water:
 
     def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
         """With room for wide bends, unless one through narrower gaps is much shorter and the boat can follow it; at
-        last through gaps that only a straight leg fits."""
+        last, among what sensors see, through gaps that only a straight leg fits."""
         water = self._area(begin, end, circles, around_m)
         if water.empty:
             return None
@@ -145,7 +148,8 @@ class Water:
             end = nearest
         best = None
         shares = _RADII if self.circling is None else _CIRCLING_RADII
-        for share, straight in (*((share, False) for share in shares), (shares[-1], True)):
+        kinds = [(share, False) for share in shares] + [(shares[-1], True)] * bool(len(circles))
+        for share, straight in kinds:
             way = self._way_with_room(begin, end, water, share * self.allowed.radius_m, straight)
             if way is None or not self._follows(way):
                 continue
