@@ -266,13 +266,24 @@ class FenceArea:
     def corners(self, simplified_m: float = 0.0) -> Floats:
         """Vertices that stick into the area: a shortest way can bend only there. Shape (n, 2). `simplified_m`:
         tolerance by which the boundary is simplified first."""
+        places, across, _ = self._turns(simplified_m)
+        return places[across < -1.0e-9]
+
+    def notches(self, simplified_m: float, least_rad: float) -> Floats:
+        """Vertices where the area reaches into what is left out, by a turn of at least `least_rad`: where a gap has
+        closed. Shape (n, 2)."""
+        places, across, along = self._turns(simplified_m)
+        return places[np.arctan2(across, along) > least_rad]
+
+    def _turns(self, simplified_m: float) -> tuple[Floats, Floats, Floats]:
+        """The vertices, shape (n, 2), and the cross and dot products of the sides before and after each; the area lies
+        on the same side of all, and the cross product is negative where it turns away from it."""
         geometry = self.geometry.simplify(simplified_m) if simplified_m > 0.0 else self.geometry
         rings = rings_of(geometry)
-        here, before, after = rings.places, rings.places[rings.before], rings.places[rings.after]
-        turn = (here[:, 0] - before[:, 0]) * (after[:, 1] - here[:, 1]) - (here[:, 1] - before[:, 1]) * (
-            after[:, 0] - here[:, 0]
-        )
-        return here[turn < -1.0e-9]
+        here = rings.places
+        before, after = here - here[rings.before], here[rings.after] - here
+        across: Floats = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        return here, across, np.einsum("ij,ij->i", before, after)
 
 
 def _halves(line: Floats) -> tuple[Floats, Floats] | None:

@@ -25,9 +25,10 @@ _TRIED = 24  # nearest places of the grid that a begin or an end may see
 _FEWEST = 2
 
 
-def routes_in(area: FenceArea) -> ClearRoutes | Roadmap:
-    """What finds ways in an area: by its corners where they are few, else by a grid."""
-    return ClearRoutes(area) if is_for_few(area) else Roadmap(area)
+def routes_in(area: FenceArea, legs: FenceArea | None = None) -> ClearRoutes | Roadmap:
+    """What finds ways in an area: by its corners where they are few, else by a grid. `legs`: as `ClearRoutes` has it; a
+    grid does without."""
+    return ClearRoutes(area, legs=legs) if is_for_few(area) else Roadmap(area)
 
 
 class Roadmap:

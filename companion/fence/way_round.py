@@ -21,6 +21,7 @@ Visible = NDArray[np.bool_]
 _MOST_CORNERS = 150
 _MOST_ZONES = 30  # each keeps three corners and more, and the first tolerances leave them
 _SIMPLER_M = (0.2, 0.5, 1.0, 3.0, 10.0, 30.0, 100.0)
+_NOTCH_RAD = math.radians(20.0)  # a sharper corner into what is taken may be the begin of a gap that only a leg fits
 
 
 def is_for_few(area: FenceArea) -> bool:
@@ -33,13 +34,18 @@ Search = Callable[[Place, Place], tuple[Place, ...] | None]
 
 
 def way_inside(
-    area: FenceArea, search: Search, ends: tuple[Place, Place], through: FenceArea | None
+    area: FenceArea,
+    search: Search,
+    ends: tuple[Place, Place],
+    through: FenceArea | None,
+    legs: FenceArea | None = None,
 ) -> tuple[Place, ...] | None:
     """Points between both ends, which are included; None where there is no way. `search` finds it between two places
     inside.
 
     From a begin outside the area, the way first goes to the nearest place inside. An end outside is allowed if it is
-    inside the wider area `through`: the last leg then goes to it from the nearest place inside.
+    inside the wider area `through`: the last leg then goes to it from the nearest place inside. `legs`: where the
+    others may lie, if not in `area`.
     """
     begin, end = ends
     start, goal = area.nearest_inside(*begin), area.nearest_inside(*end)
@@ -47,7 +53,7 @@ def way_inside(
         return None
     if goal != end and (through is None or not through.covers((goal, end))):
         return None
-    found = (start, goal) if area.covers((start, goal)) else search(start, goal)
+    found = (start, goal) if (legs or area).covers((start, goal)) else search(start, goal)
     if found is None:
         return None
     return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
@@ -57,27 +63,36 @@ class ClearRoutes:
     """Shortest ways inside `area`, which already includes the clearance. Remembers the corners, and which of them see
     each other."""
 
-    def __init__(self, area: FenceArea, seen: tuple[Floats, dict[int, Visible]] | None = None) -> None:
-        """`seen`: the corners, and what is known of their sight, from the same area in another lane."""
-        self._area = area
-        self._corners, self._visible = (self._few_corners(area), {}) if seen is None else seen
+    def __init__(
+        self,
+        area: FenceArea,
+        seen: tuple[Floats, dict[int, Visible]] | None = None,
+        legs: FenceArea | None = None,
+    ) -> None:
+        """`seen`: the corners, and what is known of their sight, from the same area in another lane. `legs`: the wider
+        area in which all legs may lie, so that only bends keep to `area`: a straight leg fits a narrower gap."""
+        self._area, self._legs = area, legs or area
+        self._corners, self._visible = (self._few_corners(area, legs is not None), {}) if seen is None else seen
 
     def in_lane(self, lane: Lane) -> ClearRoutes:
         """The same for another thread (`FenceArea.in_lane`)."""
-        return ClearRoutes(self._area.in_lane(lane), (self._corners, self._visible.copy()))
+        legs = None if self._legs is self._area else self._legs.in_lane(lane)
+        return ClearRoutes(self._area.in_lane(lane), (self._corners, self._visible.copy()), legs)
 
     @staticmethod
-    def _few_corners(area: FenceArea) -> Floats:
-        """Corners of a simplified area inside this one: so few that an arc is not a hundred bends."""
+    def _few_corners(area: FenceArea, gaps: bool) -> Floats:
+        """Corners of a simplified area inside this one: so few that an arc is not a hundred bends. `gaps`: with the
+        places where a gap has closed, unless these are too many."""
         for tolerance_m in _SIMPLER_M:
             corners = area.shrunk(tolerance_m).corners(tolerance_m)
             if len(corners) <= _MOST_CORNERS:
                 break
-        return corners
+        notches = area.notches(tolerance_m, _NOTCH_RAD) if gaps else corners[:0]
+        return np.vstack((corners, notches)) if len(notches) <= _MOST_CORNERS else corners
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
         """Points from `begin` to `end`, both included, as `way_inside` has it; None where there is no way."""
-        return way_inside(self._area, self._search, (begin, end), through)
+        return way_inside(self._area, self._search, (begin, end), through, self._legs)
 
     def look_around(self) -> None:
         """Compute now what all corners see of each other, so that `find` takes less time."""
@@ -121,9 +136,9 @@ class ClearRoutes:
         return np.append(self._visible[node], [False, goal_visible[node]])
 
     def _sees(self, place: Floats, others: Floats) -> Visible:
-        """Which of `others` can be reached in a straight line inside the area."""
+        """Which of `others` can be reached in a straight line."""
         lines = np.stack((np.broadcast_to(place, others.shape), others), axis=1)
-        return self._area.covers_each(lines) if len(others) else np.zeros(0, dtype=bool)
+        return self._legs.covers_each(lines) if len(others) else np.zeros(0, dtype=bool)
 
     @staticmethod
     def _unwound(points: Floats, before: dict[int, int], node: int) -> tuple[Place, ...]:

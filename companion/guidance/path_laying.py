@@ -60,8 +60,11 @@ class FromTrack:
         c, s = math.cos(here.course_rad), math.sin(here.course_rad)
         away_m = math.hypot(first.north_m - here.north_m, first.east_m - here.east_m)
         ahead_m = min(_ONWARD_RADII * self.radius_m, 0.5 * away_m)
+        # nearer, the bend is narrower: rounded as widely as usual, it would begin behind the boat, off its track
+        is_ahead = (first.north_m - here.north_m) * c + (first.east_m - here.east_m) * s > 0.0
+        narrow_m = ahead_m / _ONWARD_RADII if is_ahead and ahead_m < _ONWARD_RADII * self.radius_m else None
         return tuple(
-            Waypoint(here.north_m + x * c, here.east_m + x * s, straight=True)
+            Waypoint(here.north_m + x * c, here.east_m + x * s, radius_m=narrow_m, straight=True)
             for x in (-_ONWARD_RADII * self.radius_m, 0.0, ahead_m)
         )
 

@@ -112,12 +112,19 @@ class Water:
             if self.chart.keeping.covers((begin, end)) and self.allowed.line_refusal((begin, end)) is None:
                 return Way((begin, end), None)
         found = self._way(begin, end, self.circles)
-        return found or self._way(begin, end, self._hoped(begin))
+        if found is not None and self._short_enough(found, math.dist(begin, end)):
+            return found
+        hopes = self._hoped(begin)
+        if np.array_equal(hopes, self.circles):
+            return found
+        hoped = self._way(begin, end, hopes)
+        takes = found is None or (hoped is not None and not self._short_enough(found, hoped.length_m))
+        return hoped if takes else found
 
     def _hoped(self, begin: Place) -> Floats:
         """The obstacles, those further off as small as they may be: a far look is coarse, and gaps show on the way."""
         circles = self.circles.copy()
-        far = np.hypot(*(circles[:, :2] - begin).T) > _SURE_M
+        far = np.hypot(*(circles[:, :2] - begin).T) - circles[:, 2] > _SURE_M
         circles[far, 2] = np.minimum(circles[far, 2], _LEAST_RADIUS_M)
         return circles
 
@@ -129,7 +136,8 @@ class Water:
         return None
 
     def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
-        """With room for wide bends, unless one through narrower gaps is much shorter and the boat can follow it."""
+        """With room for wide bends, unless one through narrower gaps is much shorter and the boat can follow it; at
+        last, among what sensors see, through gaps that only a straight leg fits."""
         water = self._area(begin, end, circles, around_m)
         if water.empty:
             return None
@@ -139,8 +147,10 @@ class Water:
                 return None
             end = nearest
         best = None
-        for share in _RADII if self.circling is None else _CIRCLING_RADII:
-            way = self._way_with_room(begin, end, water, share * self.allowed.radius_m)
+        shares = _RADII if self.circling is None else _CIRCLING_RADII
+        kinds = [(share, False) for share in shares] + [(shares[-1], True)] * bool(len(circles))
+        for share, straight in kinds:
+            way = self._way_with_room(begin, end, water, share * self.allowed.radius_m, straight)
             if way is None or not self._follows(way):
                 continue
             if best is None or not self._short_enough(best, way.length_m):
@@ -162,14 +172,17 @@ class Water:
         arc = circling.arc_to(place)
         return arc is not None and math.isinf(replace(self, keep_m=circling.keep_m).free_m(arc))
 
-    def _way_with_room(self, begin: Place, end: Place, water: FenceArea, radius_m: float) -> Way | None:
-        """The shortest way whose bends have waypoints of that radius; None without one. A begin outside the room for
-        them is no reason to sail through an obstacle into it."""
+    def _way_with_room(self, begin: Place, end: Place, water: FenceArea, radius_m: float, straight: bool) -> Way | None:
+        """The shortest way whose bends have waypoints of that radius; None without one. `straight`: it has room for
+        them at its bends alone, and goes straight through gaps. A begin outside the room for them is no reason to sail
+        through an obstacle into it."""
         from companion.fence.area import FenceArea
         from companion.fence.roadmap import routes_in
 
         roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
-        points = None if roomy.empty else routes_in(roomy).find(begin, end, through=water)
+        points = None
+        if not roomy.empty:
+            points = routes_in(roomy, water if straight else None).find(begin, end, through=water)
         if points is None or math.isfinite(self.free_m(points[:2])):
             return None
         return Way(points, radius_m)

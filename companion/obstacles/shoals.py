@@ -29,6 +29,7 @@ _SHALLOW_S = 0.4  # for that long, and by two readings, before it counts: fish a
 _ALONE_S = 2.0  # a shallow reading after which none came for that long counts, too: there the sounder finds no bottom
 _GROWTH = 1.5
 _AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
+_TURNS_S = 5.0  # sooner than that it is the same meeting: a boat that turns at the edge
 _MOST_RADIUS_M = 25.0
 _SAME_M = 2.0
 _MOST = 200
@@ -171,7 +172,8 @@ class Shoals:
             for one in self._shoals
             if now_s - one.t_s < _AGAIN_S and math.dist((one.north_m, one.east_m), (nav.north_m, nav.east_m)) < _AGAIN_M
         ]
-        radius_m = min(_MOST_RADIUS_M, _GROWTH * max((one.radius_m for one in again), default=self._length_m))
+        grown = [(1.0 if now_s - one.t_s < _TURNS_S else _GROWTH) * one.radius_m for one in again]
+        radius_m = min(_MOST_RADIUS_M, max([_GROWTH * self._length_m, *grown]))
         self._add(nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s)
 
     def _add(self, north_m: float, east_m: float, radius_m: float, now_s: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -92,6 +93,30 @@ def test_a_jet_that_turns_tightly_at_this_speed_takes_the_entrance_of_a_harbour(
     weather = {"wind": "2.5", "current": "0.1"}
     outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path, seed=711667, vessel="rescuerunner", changes=weather)
     assert outcome.ok and outcome.metrics["reached"] == 1.0, f"{outcome.error or outcome.metrics}"
+
+
+INFLATABLE = replace(
+    LAUNCH, name="inflatable", title="Inflatable", form="inflatable", length_m=5.5, beam_m=2.2, mass_kg=800.0,
+    layout="azimuth", motor="3000",
+)  # fmt: skip
+
+
+@pytest.mark.sweep
+def test_an_inflatable_that_fits_the_entrance_of_a_harbour_takes_it(tmp_path: Path) -> None:
+    """It asked for room to bend in the entrance itself, and sailed round all quays until the scenario ended."""
+    file, weather = tmp_path / "inflatable.toml", {"wind": "1.5@344", "current": "0@281"}
+    file.write_text(file_text(INFLATABLE), encoding="utf-8")
+    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path / "log", seed=727209, vessel=str(file), changes=weather)
+    assert outcome.ok and outcome.metrics["reached"] == 1.0, f"{outcome.error or outcome.metrics}"
+
+
+@pytest.mark.sweep
+def test_a_launch_too_long_for_the_entrance_of_a_harbour_gives_up_in_time(tmp_path: Path) -> None:
+    """It found each side of the quays closed, had forgotten the first by then, and tried that again."""
+    file, weather = tmp_path / "launch.toml", {"wind": "1.3@309", "current": "0.18@298"}
+    file.write_text(file_text(LAUNCH), encoding="utf-8")
+    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path / "log", seed=727202, vessel=str(file), changes=weather)
+    assert outcome.ok and outcome.metrics["declared_impossible"] == 1.0, f"{outcome.error or outcome.metrics}"
 
 
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:

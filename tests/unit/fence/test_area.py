@@ -140,6 +140,14 @@ def test_corners_stick_into_the_area() -> None:
     assert len(FenceArea({0: [BOX]}, [HOLE]).corners()) == 4
 
 
+def test_notches_are_where_two_exclusion_zones_meet() -> None:
+    zones = [Disc(0.0, -9.0, 10.0), Disc(0.0, 9.0, 10.0)]
+    found = FenceArea({}, zones).notches(0.0, math.radians(20.0))
+    inner = found[np.abs(found).max(axis=1) < 100.0]
+    assert sorted(inner[:, 0].tolist()) == pytest.approx([-math.sqrt(19.0), math.sqrt(19.0)], abs=0.1)
+    assert inner[:, 1].tolist() == pytest.approx([0.0, 0.0], abs=0.1)
+
+
 FIELD = FenceArea(
     {0: [Disc(0.0, 0.0, 200.0)]}, [Disc(25.0 * i, 25.0 * k, 6.0) for i in range(-4, 5) for k in range(-4, 5)]
 )

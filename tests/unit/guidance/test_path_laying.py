@@ -86,6 +86,25 @@ def test_a_track_that_leaves_the_present_one_is_joined_where_the_boat_is_by_then
     assert math.dist(guide.legs[0][0], place) < 0.2
 
 
+@pytest.mark.parametrize("radii", [0.7, 1.0, 1.5, 2.5, 4.0])
+@pytest.mark.parametrize("aside_deg", [10.0, 40.0, 80.0])
+@pytest.mark.parametrize("radius_m", [1.5, 5.0, 16.0])
+def test_a_track_leaves_the_present_one_where_the_boat_is(radii: float, aside_deg: float, radius_m: float) -> None:
+    """Towards a near waypoint, the bend of a boat that turns widely began behind it: its place jumped by 0.7 m."""
+    away_m = radii * radius_m
+    guide = tracker(PATH_EFFORT=0.0, NAV_ACC_RAD=radius_m)
+    guide.start([Waypoint(200.0, 0.0)], AT_REST)
+    sailed(guide, 600)
+    joint = guide.from_track()
+    assert joint is not None
+    aside_rad = math.radians(aside_deg)
+    near = Waypoint(joint.here.north_m + away_m * math.cos(aside_rad), away_m * math.sin(aside_rad), radius_m=3.0)
+    laid = guide.shape().lay(joint, [near, Waypoint(near.north_m - 40.0, 60.0, radius_m=3.0)], (), True)
+    place = laid.track.at(laid.begin_s_m)
+    assert math.dist((place.north_m, place.east_m), (joint.here.north_m, joint.here.east_m)) < 0.1
+    assert abs(place.course_rad - joint.here.course_rad) < math.radians(2.0)
+
+
 def test_a_plan_for_other_weather_is_made_beside_and_the_old_one_serves_until_then() -> None:
     worker = SlowWorker()
     guide = tracker(worker)

@@ -169,6 +169,39 @@ def test_a_narrow_gap_spares_a_long_way_round() -> None:
         assert (jet.radius_m < RADIUS_M) == narrow, "by how narrow the bends are that it sails"
 
 
+def test_a_gap_as_wide_as_the_boat_keeps_is_sailed_straight_through() -> None:
+    """Room for a bend in the gap itself was asked for too: a boat that fits a harbour's entrance went round all its
+    quays. What no leg fits is still left."""
+    wide = Allowed(None, None, 0.0, 4.0)
+    for gap_m, fits in ((2.0 * KEEP_M + 0.4, True), (2.0 * KEEP_M - 0.4, False)):
+        quay = [(30.0, side * (0.5 * gap_m + 0.25 + 0.5 * k), 0.25) for side in (-1.0, 1.0) for k in range(120)]
+        way = Water(np.array(quay), KEEP_M, wide).way((0.0, -8.0), END)
+        assert way is not None and (way.length_m < 90.0) == fits
+        line = LineString(way.points)
+        assert all(line.distance(Point(n, e)) >= r + KEEP_M - 0.05 for n, e, r in quay)
+
+
+def test_a_gap_that_may_be_wide_enough_is_looked_at_before_a_long_way_round() -> None:
+    """What is seen from afar is as wide as the beam that saw it, and a quay's ends seem nearer to each other."""
+    coarse = [(40.0, side * (5.0 + 2.0 * k), 1.6) for side in (-1.0, 1.0) for k in range(40)]
+    field = water(coarse)
+    way = field.way(BEGIN, END)
+    assert way is not None and way.length_m < 90.0 and math.isinf(field.free_m(way.points))
+    near = field.way((30.0, 0.0), END)
+    assert near is not None and near.length_m > 150.0, "near by, it is as wide as it looks"
+
+
+def test_what_the_boat_lies_at_is_as_large_as_it_is() -> None:
+    """The middle of a large shoal is far, its edge is not: the way led through it, and the boat stood before it."""
+    shoal = (20.0, 5.0, 16.0)
+    begin, end = (20.0, -15.5), (60.0, 20.0)
+    field = water([shoal])
+    assert math.isfinite(field.free_m((begin, end)))
+    way = field.way(begin, end)
+    assert way is not None
+    assert LineString(way.points[1:]).distance(Point(*shoal[:2])) >= shoal[2] + KEEP_M - 0.05
+
+
 def ring(radius_m: float, count: int) -> list[Circle]:
     """Round the begin."""
     angles = np.linspace(0.0, math.tau, count, endpoint=False).tolist()

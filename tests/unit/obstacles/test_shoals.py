@@ -93,6 +93,13 @@ def test_a_shoal_is_ahead_and_larger_when_it_is_met_again() -> None:
     assert max(radius_m for _, _, radius_m in watch.circles) > first_m
 
 
+def test_a_boat_that_turns_at_the_edge_meets_the_shoal_once() -> None:
+    """The depth came and went as it stopped. Twice as large within a second, the shoal took a berth that lay beyond."""
+    watch = shoals()
+    sail(watch, [3.0, 1.0, 1.0, 3.0, 1.0, 1.0, 3.0, 1.0, 1.0])
+    assert len({radius_m for _, _, radius_m in watch.circles}) == 1
+
+
 def test_one_echo_is_no_shoal() -> None:
     watch = shoals()
     sail(watch, [3.0, 0.3, 3.0, 3.0])
