@@ -140,6 +140,11 @@ class Controller:
         return self._yaw.late_s
 
     @property
+    def turn_resistance(self) -> float:
+        """How many times as hard as the vessel's file says the water resists a turn, 1 or more."""
+        return self._yaw.resistance
+
+    @property
     def ahead(self) -> tuple[Wrench, ...]:
         """The wrenches that a planned path will demand, PATH_STEP_S apart, the first after PATH_STEP_S; empty without
         one."""
