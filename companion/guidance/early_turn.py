@@ -1,8 +1,9 @@
-"""How much earlier than its bow's lag asks for a boat begins a turn: one that what turns it pushes out of the turn, or
-one whose turns the water resists more than its file says.
+"""How much earlier than its bow's lag asks for a boat begins a turn that one thruster turns it by, which pushes it out
+of the turn.
 
-An outboard slides its hull out of a turn, so that the course comes after the bow by the lag of the sway. Against more
-resistance a turn takes longer; the boat begins it half of that earlier, and ends it half of that later.
+An outboard slides its hull out of a turn, so that the course comes after the bow by the lag of the sway. Where the
+water resists turns more than the file says, they take longer; the boat begins one half of that earlier, and ends it
+half of that later. Boats with a difference of thrust wait for their bow instead, and need none of that.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _LEAST_MPS = 0.1
 
 class EarlyTurn:
     """`turns_against`, then `begins_s` every tick. Remembers the resistance, and the `bends` with it: None for a boat
-    whose moment does not bound its speed in bends."""
+    whose moment does not bound its speed in bends. Of a boat that does not slide nothing changes."""
 
     def __init__(self, parameters: Parameters, turning: Turning, slides: bool) -> None:
         """`slides`: what turns the boat pushes it out of the turn."""
@@ -39,7 +40,7 @@ class EarlyTurn:
 
     def turns_against(self, resistance: float) -> bool:
         """The water resists a turn so many times as hard as the vessel's file says. Returns whether that is new."""
-        if self._by_file is None or abs(resistance - self._resistance) < _NEW * self._resistance:
+        if self._hull is None or self._by_file is None or abs(resistance - self._resistance) < _NEW * self._resistance:
             return False
         self._resistance = resistance
         self.bends = self._by_file.resisted(resistance)
@@ -51,14 +52,14 @@ class EarlyTurn:
         """How early a turn begins that would begin `usual_s` early: no earlier than such that the boat passes its
         corner `inside_m` inside. `planned_mps`: the speed setpoint; `course_rad`: of the track, so many metres ahead.
         """
-        if self._hull is None and self._resistance <= 1.0:
+        if self._hull is None:
             return usual_s
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         pace = max(_LEAST_MPS, min(nav.surge_mps, 2.0 * planned_mps))
         usual, now = (self._rate_radps(bends, pace, fastest) for bends in (self._by_file, self.bends))
         turn_rad = min(_MOST_RAD, abs(course_rad(_REACH * pace / now) - course_rad(0.0)))
         longer_s = turn_rad * (1.0 / now - 1.0 / usual)
-        slides_s = 0.0 if self._hull is None else self._slides_s(self._hull, nav)
+        slides_s = self._slides_s(self._hull, nav)
         earliest_s = max(usual_s, math.sqrt(2.0 * inside_m / (now * pace)))
         return min(usual_s + 0.5 * longer_s + slides_s, earliest_s)
 
