@@ -234,6 +234,7 @@ class Vessel:
         self.update_thruster_conditions(health, now_s)
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
         wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
+        self.supervisor.turns_against(self._blocks.controller.turn_resistance, now_s)
         allocation = self.allocate(setpoint, wrench, status, nav)
         command = self.gate(allocation, status, health, now_s)
         self.act(command, now_s)

@@ -86,6 +86,10 @@ class ChosenPathTracker:
         """Whether the companion's own law sails the next route: tracks can be laid for it."""
         return self._wanted() is self._own
 
+    def turns_against(self, resistance: float) -> None:
+        """As `PathTracker.turns_against`."""
+        self._own.turns_against(resistance)
+
     def shape(self, nav: NavState | None = None) -> TrackShape:
         """As `PathTracker.shape`."""
         return self._own.shape(nav)

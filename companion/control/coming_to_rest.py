@@ -20,8 +20,8 @@ _LEAST_MPS = 0.05
 
 
 class ComingToRest:
-    """`sail` every cycle under way, then `rest` as positioning begins, or `forget`. Remembers the velocity over ground
-    of the last seconds, at which the bias was learnt."""
+    """`sail` every cycle under way, then `rest` as the boat is to brake or positioning begins, or `forget`. Remembers
+    the velocity over ground of the last seconds, at which the bias was learnt."""
 
     def __init__(self, config: VesselConfig) -> None:
         self._config = config

@@ -140,6 +140,11 @@ class Controller:
         return self._yaw.late_s
 
     @property
+    def turn_resistance(self) -> float:
+        """How many times as hard as the vessel's file says the water resists a turn, 1 or more."""
+        return self._yaw.resistance
+
+    @property
     def ahead(self) -> tuple[Wrench, ...]:
         """The wrenches that a planned path will demand, PATH_STEP_S apart, the first after PATH_STEP_S; empty without
         one."""
@@ -159,7 +164,10 @@ class Controller:
                 self._coming_to_rest.rest(self._bias, nav)
                 return self._position(setpoint, nav, achieved, dt_s)
             case PathSetpoint():
-                self._coming_to_rest.sail(nav, dt_s)
+                if _brakes(setpoint):
+                    self._coming_to_rest.rest(self._bias, nav)
+                else:
+                    self._coming_to_rest.sail(nav, dt_s)
                 return self._track(setpoint, nav, achieved, dt_s)
             case HeadingSetpoint():
                 return self._head(setpoint, nav, achieved, dt_s)
@@ -331,3 +339,8 @@ class Controller:
         surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
         surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm)
         return Wrench(surge_n, min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)), yaw_nm)
+
+
+def _brakes(setpoint: PathSetpoint) -> bool:
+    """Whether it asks for rest, as positioning does of a boat that is faster than it moves one."""
+    return not setpoint.exact and setpoint.surge_mps == setpoint.sway_mps == setpoint.surge_mps2 == 0.0

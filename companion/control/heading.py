@@ -9,7 +9,8 @@ from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import pole_placement
 from companion.control.model import coriolis, damping
 from companion.control.slow_nozzle import SlowNozzle
-from companion.core.actuation import Wrench
+from companion.control.turn_resistance import TurnResistance
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint
@@ -35,7 +36,7 @@ _ABLE_HEAVE_S = 6.0  # the same, growing, of a boat that pushes its bow sideways
 
 class YawLoop:
     """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers the moment by which it heaves
-    a bow round that the weather holds.
+    a bow round that the weather holds, and how hard the water resists its turns.
 
     Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its rate of turn, if that is less."""
 
@@ -45,6 +46,8 @@ class YawLoop:
         self._nozzle = _nozzle(config)
         self.steers_at(self._configured_radps)
         self._heave_s = _heave_s(config)
+        self._resistance = None if config.limits.sway_n > 0.0 or config.has_sail else TurnResistance(config)
+        self._pushed = ZERO_WRENCH
         self._sails = config.has_sail
         self._parameters = parameters
         self.restart()
@@ -52,6 +55,8 @@ class YawLoop:
     def restart(self) -> None:
         """Forget what the weather held."""
         self._heave_nm = 0.0
+        if self._resistance is not None:
+            self._resistance.restart()
 
     def steers_at(self, rate_radps: float) -> None:
         """The rate at which the nozzle or the rudder turns, where it is not the configured one."""
@@ -63,8 +68,14 @@ class YawLoop:
 
     def pushes(self, achieved: Wrench) -> None:
         """What the thrusters gave in the last cycle, before each `moment_nm`."""
+        self._pushed = achieved
         if self._nozzle is not None:
             self._nozzle.pushed = achieved
+
+    @property
+    def resistance(self) -> float:
+        """How many times as hard as its file says the water resists a turn, 1 or more."""
+        return 1.0 if self._resistance is None else self._resistance.factor
 
     @property
     def late_s(self) -> float:
@@ -97,7 +108,10 @@ class YawLoop:
         rate, yaw_rate = setpoint.yaw_rate_radps, nav.yaw_rate_radps
         error = wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         ahead = abs(nav.surge_mps)
-        resisting = hull.damping.n_r + hull.damping.n_ur * ahead
+        if self._resistance is not None:
+            self._resistance.update(nav, self._pushed, dt_s)
+        harder = self.resistance
+        resisting = harder * (hull.damping.n_r + hull.damping.n_ur * ahead)
         bandwidth = self._bandwidth_radps
         kp, ki, kd = _gains(hull.m33_kgm2, resisting, bandwidth, self._integral_share(rate))
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
@@ -105,8 +119,8 @@ class YawLoop:
         growth = -ki * self._offset(error) - self._forgotten_1ps(rate, error, learned_nm) * learned_nm
         if growth != 0.0:
             bias.grow(0.0, 0.0, growth, nav.yaw_rad, dt_s)
-        _, _, drag = damping(hull, ahead, 0.0, rate)
-        _, _, fastest_drag = damping(hull, ahead, 0.0, fastest)
+        drag = harder * damping(hull, ahead, 0.0, rate)[2]
+        fastest_drag = harder * damping(hull, ahead, 0.0, fastest)[2]
         # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
         bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
         heave = self._heaved_nm(error, bound, yaw_rate, kd * fastest, dt_s)
@@ -120,6 +134,7 @@ class YawLoop:
             error += (yaw_rate - rate) * foreseen.time_s + foreseen.turned_rad
             yaw_rate += foreseen.grown_radps
         pull = min(bound, max(-bound, error))
+
         return drag + bounded_munk - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
 
     def _integral_share(self, rate_radps: float) -> float:

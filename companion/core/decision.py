@@ -290,8 +290,9 @@ class ModeInputs:
 
     `achieved`: the wrench that the thrusters gave in the last cycle, of the one `demanded`. `failed`: indices of failed
     thrusters; `up`: indices of those not lowered. `steers_late_s`: by how much the boat answers its helm later than its
-    file says, since its steering is slow. `leader`: None while no lead boat is heard; `leader_fault`: why it cannot be
-    followed now. `station`: the follow position, (distance_m, bearing_rad in the leader's frame, π astern).
+    file says, since its steering is slow; `turn_resistance`: how many times as hard as the file says the water resists
+    a turn. `leader`: None while no lead boat is heard; `leader_fault`: why it cannot be followed now. `station`: the
+    follow position, (distance_m, bearing_rad in the leader's frame, π astern).
     """
 
     nav: NavState
@@ -303,6 +304,7 @@ class ModeInputs:
     achieved: Wrench = ZERO_WRENCH
     demanded: Wrench = ZERO_WRENCH
     steers_late_s: float = 0.0
+    turn_resistance: float = 1.0
     failed: frozenset[int] = frozenset()
     up: frozenset[int] = frozenset()
     leader: Leader | None = None

@@ -25,11 +25,22 @@ Floats = NDArray[np.float64]
 class BendSpeeds:
     """`of(curvature)` → m/s. It never changes. `top_mps`: no speed beyond it is known."""
 
-    def __init__(self, hull: HullConfig, limit: YawLimit, top_mps: float) -> None:
+    def __init__(self, hull: HullConfig, limit: YawLimit, top_mps: float, resistance: float = 1.0) -> None:
+        """`resistance`: times the hull's damping in yaw."""
+        self._hull, self._limit, self._top_mps, self._resistance = hull, limit, top_mps, resistance
         speeds = np.linspace(0.0, min(top_mps, _FASTEST_MPS), _SPEEDS + 1)[1:]
-        rates = [steady_turn_radps(hull, float(u), TURN_SHARE * limit.nm(hull.drag_n(float(u)))) for u in speeds]
+        rates = [self.rate_radps(float(u), TURN_SHARE) for u in speeds]
         bends = np.minimum.accumulate(np.array(rates) / speeds)
         self._bend_1pm, self._mps = bends[::-1].copy(), speeds[::-1].copy()
+
+    def resisted(self, resistance: float) -> BendSpeeds:
+        """The same where the water resists a turn so many times as hard as the hull's damping says."""
+        return BendSpeeds(self._hull, self._limit, self._top_mps, resistance)
+
+    def rate_radps(self, speed_mps: float, share: float = 1.0) -> float:
+        """The yaw rate of a steady turn at that speed, by that share of the moment."""
+        moment_nm = share * self._limit.nm(self._hull.drag_n(speed_mps)) / self._resistance
+        return steady_turn_radps(self._hull, speed_mps, moment_nm)
 
     def of(self, curvature_1pm: Floats) -> Floats:
         """The speed at each absolute curvature; infinite where the top speed is possible."""

@@ -23,6 +23,7 @@ from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.carried_turn import CarriedTurn
 from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.early_turn import EarlyTurn
 from companion.guidance.path import PathKind, PathPoint
 from companion.guidance.path_laying import (
     CONTEXT,
@@ -58,6 +59,7 @@ _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries
 # Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
 # and current.
 _INSIDE = 0.5
+_FAR_INSIDE = 0.75  # the same of a boat that would run wide
 # Of the leg's speed, that a boat turned by the moment of its thrusters must keep in the bend of a swing: one that turns
 # slower is carried off there.
 _KEPT_IN_SWING = 0.35
@@ -72,8 +74,9 @@ _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that n
 _WIDE_M = 0.1  # by which a boat that turns on the spot may run wide until its bow points the right way
 # One thruster that turns gives no moment while it goes from ahead to astern: for seconds the boat turns no further. In
 # a bend, or with its bow so far off, a boat with such a thruster does not brake, up to so many times its planned speed.
-# Before a sharper turn it does: it comes round in less room.
+# Before a sharper turn it does: it comes round in less room. One that is turning already goes on.
 _UNBRAKED_RADPS, _UNBRAKED_RAD, _UNBRAKED = math.radians(3.0), (math.radians(10.0), math.radians(30.0)), 2.0
+_TURNS_RADPS, _TURNS_RAD = math.radians(6.0), math.radians(110.0)
 # From there on a boat whose bow points back to the track waits no longer for the rest of the turn: what carries it off
 # would go on, and the heading back to the track turn on before its bow. (Off the track, times the sine of that angle.)
 _BACK_M = 0.5
@@ -123,6 +126,7 @@ class PathTracker:
         self._can_sway, self._turning = can_sway, turning
         self._pivots = turning.on_the_spot and not can_sway
         self._thrust_turns = turning.aside and turning.on_the_spot and not can_sway
+        self._early = EarlyTurn(parameters, turning, self._thrust_turns)
         self._learns = _LEARNS if turning.arc is None else _LEARNS_IN_ARC
         self._agility = agility
         self._laid: LaidTrack | None = None
@@ -181,6 +185,12 @@ class PathTracker:
             self.start(waypoints, nav, stop_at_end, beyond=beyond)
             return
         self.take(self.shape().lay(joint, waypoints, beyond, stop_at_end), nav)
+
+    def turns_against(self, resistance: float) -> None:
+        """The water resists a turn so many times as hard as the vessel's file says: the boat turns earlier, and slower
+        where the moment bounds its speed."""
+        if self._early.turns_against(resistance):
+            self._profile = None
 
     def shape(self, nav: NavState | None = None) -> TrackShape:
         """How a track is laid now. `nav`: with its plan, for the weather that is known there."""
@@ -371,7 +381,19 @@ class PathTracker:
         return max(ahead_m, self._back_m - self._s)
 
     def _preview_s(self, nav: NavState) -> float:
-        return min(TURN_PREVIEW_S, self._earliest_s()) + self._turning.late_s(nav.surge_mps, nav.sway_mps)
+        track, s_m = self._track, self._s
+        early_s = min(TURN_PREVIEW_S, self._earliest_s())
+        if track is not None:
+            room_m, speed_mps = _FAR_INSIDE * self._inside_m, self._speed
+            early_s = self._early.begins_s(nav, early_s, speed_mps, room_m, lambda m: track.at(s_m + m).course_rad)
+        return early_s + self._turning.late_s(nav.surge_mps, nav.sway_mps)
+
+    @property
+    def _inside_m(self) -> float:
+        """How near to the waypoint ahead the boat is to pass."""
+        waypoint = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
+        through = self._laid is not None and self._laid.through
+        return waypoint.own_radius_m or (THROUGH_M if through else self._parameters["NAV_ACC_RAD"])
 
     def _course_s_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
         """Arc length at which the course is taken."""
@@ -467,7 +489,7 @@ class PathTracker:
                 track.curvature_1pm,
                 self._waypoint_s_m,
                 legs,
-                BendLimits(key[0], PLANNED_TURN * math.radians(key[1]), self._turning.bends),
+                BendLimits(key[0], PLANNED_TURN * math.radians(key[1]), self._early.bends),
                 key[2],
                 self._stop_at_end,
             )
@@ -493,13 +515,13 @@ class PathTracker:
         return self._yaw
 
     def _setpoint_rate(self, to_turn_rad: float, dt_s: float, course_radps: float) -> float:
-        """The yaw rate of the heading setpoint: that of the course; PATH_YAW_RATE in an arc while it cannot follow,
-        and on the spot in a stream while the bow has far to turn."""
+        """The yaw rate of the heading setpoint: that of the course; PATH_YAW_RATE in an arc, or where the turn pushes
+        the boat aside, while it cannot follow, and on the spot in a stream while the bow has far to turn."""
         most = math.radians(self._parameters["PATH_YAW_RATE"])
         if self._carried is not None and self._carried.in_stream:
             follows = abs(to_turn_rad) <= _STRAIGHT_RAD
         else:
-            follows = self._turning.arc is None or abs(to_turn_rad) <= most * dt_s
+            follows = (self._turning.arc is None and not self._thrust_turns) or abs(to_turn_rad) <= most * dt_s
         return course_radps if follows else math.copysign(most, to_turn_rad)
 
     def _best_heading(self, nav: NavState, course_rad: float, last_rad: float) -> float:
@@ -573,6 +595,8 @@ class PathTracker:
     def _unbraked_mps(self, nav: NavState, ahead: PathPoint, turn_rad: float) -> float:
         """The least speed asked of a boat that is turned by one thruster that turns itself, while it turns."""
         least_rad, most_rad = _UNBRAKED_RAD
+        if nav.yaw_rate_radps * math.copysign(1.0, turn_rad) > _TURNS_RADPS:
+            most_rad = _TURNS_RAD
         in_bend = self._speed * abs(ahead.curvature_1pm) > _UNBRAKED_RADPS
         turns = (in_bend or abs(turn_rad) > least_rad) and abs(turn_rad) < most_rad
         if not self._thrust_turns or not turns or self._up.lasts:

@@ -84,8 +84,8 @@ class SupervisorParts:
         self.frame_of = frame_of
         self.nav, self.inputs = NO_ESTIMATE, Inputs()
         self.health: Sequence[DeviceHealth] = ()
-        self.achieved, self.demanded, self.steers_late_s = ZERO_WRENCH, ZERO_WRENCH, 0.0
-        self.choices, self.go_tos = 0, 0
+        self.achieved, self.demanded = ZERO_WRENCH, ZERO_WRENCH
+        self.steers_late_s, self.turn_resistance, self.choices, self.go_tos = 0.0, 1.0, 0, 0
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic, self.distress = TrafficTracker(config.mmsi), DistressWatch(events.say)
@@ -203,6 +203,7 @@ class SupervisorParts:
             achieved=self.achieved,
             demanded=self.demanded,
             steers_late_s=self.steers_late_s,
+            turn_resistance=self.turn_resistance,
             failed=self.failed,
             up=self.retraction.up,
             leader=self.leader_now(now_s),

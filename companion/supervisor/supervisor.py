@@ -36,6 +36,8 @@ from companion.supervisor.requests import Requests
 from companion.supervisor.situation import estimate_refusal
 from companion.supervisor.switches import SwitchOrder
 
+_MARKED_RESISTANCE = 2.0  # to turns, of the file's: worth telling people
+
 
 class Supervisor(Requests):
     """Requests and messages come in between ticks; once a tick `update` → Status, then `guide` → Setpoint. None of it
@@ -69,6 +71,7 @@ class Supervisor(Requests):
         self.mission_edits = self._aux.mission_edits
         self.landing, self.guided = Landing(self), Guided(self)
         self._guard_failure = ""
+        self._said_resistance = False
         self._desired_mps: float | None = 0.0  # speed ahead, of the last setpoint; None: it asks for forces
 
     @property
@@ -148,6 +151,16 @@ class Supervisor(Requests):
     def steers_late(self, by_s: float) -> None:
         """The boat answers its helm later by that than its file says."""
         self.parts.steers_late_s = by_s
+
+    def turns_against(self, resistance: float, now_s: float) -> None:
+        """The water resists a turn so many times as hard as the vessel's file says. Where it is markedly so, that is
+        said, once."""
+        parts = self.parts
+        parts.turn_resistance = resistance
+        if resistance >= _MARKED_RESISTANCE and not self._said_resistance:
+            self._said_resistance = True
+            text = f"Turns against {resistance:.1f} times the file's damping"
+            parts.events.say(now_s, TextKind.ROUTINE, "turn_resistance", text)
 
     def thruster_failed(self, index: int, failed: bool) -> None:
         """A thruster has failed, or works again."""

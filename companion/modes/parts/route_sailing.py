@@ -207,6 +207,7 @@ class RouteSailing:
 
     def update(self, inputs: ModeInputs) -> PathProgress:
         """One step along the path; `passed`: of the route's own points."""
+        self.tracker.turns_against(inputs.turn_resistance)
         progress = self.tracker.update(inputs.nav, self.speed_mps(inputs), inputs.dt_s)
         return replace(progress, passed=self._rounded.passed(progress.passed))
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from companion.config.vessel import find, load
 from companion.control.bias import BiasForce
 from companion.control.coming_to_rest import ComingToRest, kept_share
 from companion.control.controller import Controller
@@ -16,6 +17,7 @@ from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT, nav_state
 
 DT_S = 0.1
+FAST_MPS = 1.2
 SLOWER = 0.8  # of the speed that was asked for
 
 
@@ -46,6 +48,36 @@ def test_after_sticks_the_bias_is_that_of_the_sticks() -> None:
     kept_n, _ = brought_to_rest(WrenchSetpoint(Wrench(0.0, 0.0, 0.0)))
     shed_n, _ = brought_to_rest()
     assert kept_n > 1.2 * shed_n
+
+
+@pytest.mark.parametrize("name", ["otter", "blueboat", "aboat"])
+def test_a_boat_that_brakes_has_nothing_that_drives_it_on(name: str) -> None:
+    """Hold brakes a fast boat by a path at rest before it positions it: the bias against drag drove ÅBOAT on at 0.6 m/s
+    meanwhile, for 7 m, and a catamaran for 19 m."""
+    config = load(find(name))
+    sailed, fresh = (Controller(config, Parameters(config.parameters)) for _ in range(2))
+    way = PathSetpoint(0.0, FAST_MPS)
+    first = wrench = sailed.update(way, under_way(SLOWER * FAST_MPS), ZERO_WRENCH, DT_S)
+    for _ in range(600):
+        wrench = sailed.update(way, under_way(SLOWER * FAST_MPS), wrench, DT_S)
+    learned_n = wrench.surge_n - first.surge_n
+    driven = sailed.update(PathSetpoint(0.0, 0.0), under_way(0.3), wrench, DT_S)
+    braked = fresh.update(PathSetpoint(0.0, 0.0), under_way(0.3), ZERO_WRENCH, DT_S)
+    driven_n, braked_n = driven.surge_n, braked.surge_n
+    assert learned_n > 1.0
+    assert 0.0 < driven_n - braked_n < 0.6 * learned_n
+
+
+def test_a_boat_that_waits_in_its_plan_keeps_what_it_learnt() -> None:
+    """A planned path that has it at rest for a moment leads on."""
+    controller = Controller(REVOLT, Parameters(REVOLT.parameters))
+    wrench = ZERO_WRENCH
+    for _ in range(600):
+        wrench = controller.update(PathSetpoint(0.0, 0.6), under_way(SLOWER * 0.6), wrench, DT_S)
+    waits = replace(PathSetpoint(0.0, 0.0), exact=True)
+    controller.update(waits, under_way(SLOWER * 0.6), wrench, DT_S)
+    after = controller.update(PathSetpoint(0.0, 0.6), under_way(SLOWER * 0.6), wrench, DT_S)
+    assert after.surge_n == pytest.approx(wrench.surge_n, rel=0.1)
 
 
 def test_what_stays_is_weather() -> None:

@@ -15,13 +15,13 @@ from tests.unit.control.simple_boat import nav_state
 CORNER = [Waypoint(0.0, 0.0), Waypoint(50.0, 0.0), Waypoint(50.0, 50.0)]
 
 
-def surge_mps(outboard: bool, north_m: float, off_deg: float, now_mps: float) -> float:
+def surge_mps(outboard: bool, north_m: float, off_deg: float, now_mps: float, turning_dps: float = 0.0) -> float:
     """The speed that is asked for at last of a boat that stays where it is, north on the way to a corner."""
     turning = Turning(on_the_spot=True, aside=outboard)
     guide = PathTracker(
         Parameters({"PATH_INTEGRAL": 0.0, "WP_SPEED": 2.0, "MPC_XY_VEL_MAX": 2.0}), can_sway=False, turning=turning
     )
-    nav = nav_state(north_m, 0.0, math.radians(off_deg), now_mps)
+    nav = nav_state(north_m, 0.0, math.radians(off_deg), now_mps, yaw_rate_radps=math.radians(turning_dps))
     guide.start(CORNER, nav, from_here=False)
     return [guide.update(nav, 2.0, 0.1).setpoint.surge_mps for _ in range(200)][-1]
 
@@ -36,6 +36,12 @@ def test_while_it_turns_it_does_not_brake(off_deg: float) -> None:
 
 def test_before_a_sharp_turn_it_brakes() -> None:
     assert surge_mps(True, 20.0, 60.0, 1.5) < 1.0
+    assert surge_mps(True, 20.0, 60.0, 1.5, turning_dps=10.0) < 1.0, "it turns the wrong way"
+
+
+def test_in_a_sharp_turn_it_goes_on() -> None:
+    """A RIB that was 30 degrees behind in its turn went astern, turned no further for 3 s, and was 5 m off."""
+    assert surge_mps(True, 20.0, 60.0, 1.5, turning_dps=-10.0) == 1.5
 
 
 def test_it_comes_to_rest_where_it_is_told_to() -> None:
