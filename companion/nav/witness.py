@@ -111,9 +111,9 @@ class Witness:
         sigma_m: float,
         solution: InertialSolution | PoseSolution,
     ) -> Verdict | None:
-        """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule. One that was good is not
-        judged while the inertial sensor has just begun to carry the estimate, or no longer does: a filter that begins
-        under way must find its tilt, and without one a high antenna seems to lie aside of the hull as it heels."""
+        """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule. No receiver that was
+        good is judged while the inertial sensor has just begun to carry the estimate, or no longer does: a filter that
+        begins under way must find its tilt, and without one a high antenna lies aside of the hull as it heels."""
         if self._has_changed(solution, fix.t_s) and self.trusts(Sense.POSITION, fix.source):
             return None
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
