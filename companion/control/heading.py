@@ -46,7 +46,8 @@ class YawLoop:
         self._nozzle = _nozzle(config)
         self.steers_at(self._configured_radps)
         self._heave_s = _heave_s(config)
-        self._resistance = None if config.limits.sway_n > 0.0 or config.has_sail else TurnResistance(config)
+        learns = config.limits.sway_n <= 0.0 and not (config.has_sail or config.has_rudder)
+        self._resistance = TurnResistance(config) if learns else None
         self._pushed = ZERO_WRENCH
         self._sails = config.has_sail
         self._parameters = parameters

@@ -8,6 +8,9 @@ k D(u, r) = N + munk(u, v) − m33 ṙ
 
 All of it low-pass filtered, k is a regression over the turns so far, with the file's 1 as its prior. Waves that turn
 the boat make it smaller. It is never below 1: what turns easier than its file says needs no care.
+
+Rudder boats learn nothing: in rough water, what the stream at the blade gives is known too badly. A launch of 4 m that
+learned sailed its squares wider by a quarter.
 """
 
 from __future__ import annotations
