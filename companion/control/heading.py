@@ -135,7 +135,6 @@ class YawLoop:
             error += (yaw_rate - rate) * foreseen.time_s + foreseen.turned_rad
             yaw_rate += foreseen.grown_radps
         pull = min(bound, max(-bound, error))
-
         return drag + bounded_munk - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
 
     def _integral_share(self, rate_radps: float) -> float:

@@ -25,10 +25,8 @@ from companion.core.frames import ned_to_body
 
 _SEEN_S = 1.0  # low-pass filter: beyond the lag of thrusters
 _USUAL_SHARE = 0.3  # of the yaw limit: a turn that by the file takes so much counts as `_PRIOR_S` and `_LASTS_S` say
-_PRIOR_S, _LASTS_S = (
-    1.0,
-    15.0,
-)  # turning: so long until the file's word weighs as much as what is seen, and is forgotten
+# turning: so long until the file's word weighs as much as what is seen, and until that is forgotten
+_PRIOR_S, _LASTS_S = 1.0, 15.0
 _MOST = 5.0
 _SLIGHT, _MARKED = 1.25, 1.75  # below the first, the file is believed; from the second on, what was learned
 _MARKED_GAIN = (_MARKED - 1.0) / (_MARKED - _SLIGHT)
