@@ -23,11 +23,9 @@ from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.carried_turn import CarriedTurn
 from companion.guidance.crab_compensation import CrabCompensation
-from companion.guidance.early_turn import EarlyTurn
 from companion.guidance.path import PathKind, PathPoint
 from companion.guidance.path_laying import (
     CONTEXT,
-    THROUGH_M,
     FromBoat,
     FromTrack,
     LaidTrack,
@@ -36,6 +34,7 @@ from companion.guidance.path_laying import (
     swing_bend_1pm,
 )
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
+from companion.guidance.preview import ALMOST_BACK_RAD, OnLeg, Preview
 from companion.guidance.rounding_up import RoundingUp
 from companion.guidance.speed_profile import BendLimits, SpeedProfile
 from companion.guidance.stopping import creep_mps
@@ -44,7 +43,6 @@ from companion.guidance.turning import PLANNED_TURN, TURN_PREVIEW_S, UNKNOWN, Tu
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
-_ALMOST_BACK_RAD = math.radians(120.0)  # a sharper turn leads back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns by less over the look-ahead distance
 _LEARNS, _LEARNS_IN_ARC = 2.0, 0.5  # look-ahead distances: a larger error is a way to the track, not an offset to learn
 # A boat whose bow points so far elsewhere does not answer this law: it turns, or goes round traffic. Then it learns
@@ -56,16 +54,9 @@ _TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no 
 _PAST_M = 0.2  # ahead of its place on the track, in the course there, a boat has sailed past a tip
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
-# Of the radius that a plan gives a waypoint: so far inside may the boat pass as it turns early. The rest is for wind
-# and current.
-_INSIDE = 0.5
-_FAR_INSIDE = 0.75  # the same of a boat that would run wide
 # Of the leg's speed, that a boat turned by the moment of its thrusters must keep in the bend of a swing: one that turns
 # slower is carried off there.
 _KEPT_IN_SWING = 0.35
-# Times the speed along the track: that of a boat under way there, however it heels, slips and lags. What sails so much
-# slower than it should lies across its course.
-_UNDER_WAY = 2.0
 _PREVIEW_S = 0.5  # lag of the speed loop
 # Times the current: speed over ground at which the bow is turned into it by 27° at most. A slower boat turns it there
 # and back within a bend, and is carried off meanwhile.
@@ -126,7 +117,7 @@ class PathTracker:
         self._can_sway, self._turning = can_sway, turning
         self._pivots = turning.on_the_spot and not can_sway
         self._thrust_turns = turning.aside and turning.on_the_spot and not can_sway
-        self._early = EarlyTurn(parameters, turning, self._thrust_turns)
+        self._preview = Preview(parameters, turning, self._thrust_turns)
         self._learns = _LEARNS if turning.arc is None else _LEARNS_IN_ARC
         self._agility = agility
         self._laid: LaidTrack | None = None
@@ -144,7 +135,6 @@ class PathTracker:
         self._finished = False
         self._s = self._integral = self._speed = 0.0
         self._tip_end = 0.0  # arc length at which the last turn back ends
-        self._back_m = 0.0  # arc length beyond that turn, to which a boat in an arc has begun to turn
         self._rests_s = 0.0  # at the end, without way
         self._surge = 0.0  # of the last setpoint
         self._yaw: float | None = None  # of the last setpoint
@@ -189,7 +179,7 @@ class PathTracker:
     def turns_against(self, resistance: float) -> None:
         """The water resists a turn so many times as hard as the vessel's file says: the boat turns earlier, and slower
         where the moment bounds its speed."""
-        if self._early.turns_against(resistance):
+        if self._preview.early.turns_against(resistance):
             self._profile = None
 
     def shape(self, nav: NavState | None = None) -> TrackShape:
@@ -238,7 +228,8 @@ class PathTracker:
         self._up.reset()
         if self._carried is not None:
             self._carried.reset()
-        self._tip_end = self._rests_s = self._back_m = 0.0
+        self._preview.begin()
+        self._tip_end = self._rests_s = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
         """Sail a track from the boat's motion, nothing of what was learned before counts."""
@@ -345,7 +336,7 @@ class PathTracker:
             return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
         beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.spacing_m
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
-        if abs(turn) > _ALMOST_BACK_RAD:
+        if abs(turn) > ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
         return max(
             self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)
@@ -362,42 +353,13 @@ class PathTracker:
             return self._s
         return min(track.length_m, self._s + max(self._speed, creep_mps(self._parameters)) * dt_s)
 
-    def _preview_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
-        """How far ahead the course is taken, as the bow follows late. In an arc that is several seconds: may be more
-        than a leg. A boat that does not sail along the track comes no nearer to its next leg, and where the track turns
-        back one that is far off it has its own leg to sail yet: for these the course would be now that of the one leg,
-        now that of the other. A boat that has begun to turn back goes on, though it sails no more along the track."""
-        usual_m = self._preview_s(nav) * self._speed
-        if self._turning.arc is None:
-            return usual_m
-        course_rad = track.at(self._s).course_rad
-        along_mps = nav.north_mps * math.cos(course_rad) + nav.east_mps * math.sin(course_rad)
-        ahead_m = min(usual_m, self._preview_s(nav) * _UNDER_WAY * max(0.0, along_mps))
-        if abs(wrap_pi(track.at(self._s + ahead_m).course_rad - course_rad)) > _ALMOST_BACK_RAD:
-            if abs(error) > lookahead:
-                ahead_m = 0.0
-            else:
-                self._back_m = max(self._back_m, self._s + ahead_m)
-        return max(ahead_m, self._back_m - self._s)
-
-    def _preview_s(self, nav: NavState) -> float:
-        track, s_m = self._track, self._s
-        early_s = min(TURN_PREVIEW_S, self._earliest_s())
-        if track is not None:
-            room_m, speed_mps = _FAR_INSIDE * self._inside_m, self._speed
-            early_s = self._early.begins_s(nav, early_s, speed_mps, room_m, lambda m: track.at(s_m + m).course_rad)
-        return early_s + self._turning.late_s(nav.surge_mps, nav.sway_mps)
-
-    @property
-    def _inside_m(self) -> float:
-        """How near to the waypoint ahead the boat is to pass."""
-        waypoint = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
-        through = self._laid is not None and self._laid.through
-        return waypoint.own_radius_m or (THROUGH_M if through else self._parameters["NAV_ACC_RAD"])
-
     def _course_s_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
         """Arc length at which the course is taken."""
-        usual_m, last = self._preview_m(nav, track, error, lookahead), nav.yaw_rad if self._yaw is None else self._yaw
+        waypoint = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
+        through = self._laid is not None and self._laid.through
+        leg = OnLeg(track, self._s, self._speed, waypoint.own_radius_m, through)
+        usual_m = self._preview.ahead_m(nav, leg, error, lookahead)
+        last = nav.yaw_rad if self._yaw is None else self._yaw
         if self._carried is None or self._up.lasts:
             return self._s + usual_m
         return self._carried.course_s_m(
@@ -405,24 +367,9 @@ class PathTracker:
             track,
             self._s,
             usual_m,
-            self._preview_s(nav),
+            self._preview.ahead_s(nav, leg),
             self._crab.water(nav),
             lambda course_rad: self._best_heading(nav, course_rad, last),
-        )
-
-    def _earliest_s(self) -> float:
-        """How early a turn may begin. A boat that nothing pushes sideways, and whose thrusters turn it at once, passes
-        a corner inside by r U t²/2 if it turns t early at the rate r: no more than a share of the radius that the plan
-        gives, and little where the boat swings through."""
-        if self._turning.bends is None:
-            return math.inf
-        through = self._laid is not None and self._laid.through
-        radius_m = self._waypoints[min(self._passed, len(self._waypoints) - 1)].own_radius_m
-        if radius_m is None and not through:
-            return math.inf
-        rate = math.radians(self._parameters["PATH_YAW_RATE"])
-        return math.sqrt(
-            2.0 * _INSIDE * (radius_m or THROUGH_M) / (rate * max(self._speed, creep_mps(self._parameters)))
         )
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
@@ -489,7 +436,7 @@ class PathTracker:
                 track.curvature_1pm,
                 self._waypoint_s_m,
                 legs,
-                BendLimits(key[0], PLANNED_TURN * math.radians(key[1]), self._early.bends),
+                BendLimits(key[0], PLANNED_TURN * math.radians(key[1]), self._preview.early.bends),
                 key[2],
                 self._stop_at_end,
             )

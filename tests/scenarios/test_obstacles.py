@@ -95,28 +95,30 @@ def test_a_jet_that_turns_tightly_at_this_speed_takes_the_entrance_of_a_harbour(
     assert outcome.ok and outcome.metrics["reached"] == 1.0, f"{outcome.error or outcome.metrics}"
 
 
-INFLATABLE = replace(
-    LAUNCH, name="inflatable", title="Inflatable", form="inflatable", length_m=5.5, beam_m=2.2, mass_kg=800.0,
-    layout="azimuth", motor="3000",
+CATAMARAN = replace(
+    LAUNCH, name="catamaran", title="Catamaran", form="catamaran", length_m=7.0, beam_m=3.0, mass_kg=2200.0,
+    hull_beam_m=0.7, layout="two-azimuths", motor="1500",
 )  # fmt: skip
 
 
 @pytest.mark.sweep
-def test_an_inflatable_that_fits_the_entrance_of_a_harbour_takes_it(tmp_path: Path) -> None:
-    """It asked for room to bend in the entrance itself, and sailed round all quays until the scenario ended."""
-    file, weather = tmp_path / "inflatable.toml", {"wind": "1.5@344", "current": "0@281"}
-    file.write_text(file_text(INFLATABLE), encoding="utf-8")
-    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path / "log", seed=727209, vessel=str(file), changes=weather)
-    assert outcome.ok and outcome.metrics["reached"] == 1.0, f"{outcome.error or outcome.metrics}"
-
-
-@pytest.mark.sweep
-def test_a_launch_too_long_for_the_entrance_of_a_harbour_gives_up_in_time(tmp_path: Path) -> None:
-    """It found each side of the quays closed, had forgotten the first by then, and tried that again."""
-    file, weather = tmp_path / "launch.toml", {"wind": "1.3@309", "current": "0.18@298"}
-    file.write_text(file_text(LAUNCH), encoding="utf-8")
-    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path / "log", seed=727202, vessel=str(file), changes=weather)
-    assert outcome.ok and outcome.metrics["declared_impossible"] == 1.0, f"{outcome.error or outcome.metrics}"
+@pytest.mark.parametrize(
+    ("answers", "seed", "wind", "current", "ends"),
+    [
+        (CATAMARAN, 727206, "2.0@127", "0.09@62", "reached"),
+        (LAUNCH, 727202, "1.3@309", "0.18@298", "declared_impossible"),
+    ],
+    ids=["a catamaran that fits takes it", "a launch too long for it gives up in time"],
+)
+def test_the_entrance_of_a_harbour(
+    tmp_path: Path, answers: Answers, seed: int, wind: str, current: str, ends: str
+) -> None:
+    """The catamaran lay 200 s before the way past a shoal, and gave up; the launch found each side of the quays closed,
+    had forgotten the first by then, and tried that again until the scenario ended."""
+    file, weather = tmp_path / "boat.toml", {"wind": wind, "current": current}
+    file.write_text(file_text(answers), encoding="utf-8")
+    outcome = run(SCENARIOS["harbour"], LockstepRig, tmp_path / "log", seed=seed, vessel=str(file), changes=weather)
+    assert outcome.ok and outcome.metrics[ends] == 1.0, f"{outcome.error or outcome.metrics}"
 
 
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:

@@ -85,17 +85,22 @@ class Jet:
             wanted = max(setpoint.surge_mps, 2.3 if abs(off) > 0.15 else 0.0)
         u = min(wanted, u + 2.0 * DT_S) if u < wanted else max(wanted, u - drag * DT_S)
         rate += (turn - rate) * DT_S / 0.6
-        yaw = wrap_pi(nav.yaw_rad + rate * DT_S)
-        north, east = u * math.cos(yaw), u * math.sin(yaw)
+        return self._go(u, rate)
+
+    def _go(self, surge_mps: float, rate_radps: float) -> NavState:
+        """Where it is a tick on."""
+        nav = self.nav
+        yaw = wrap_pi(nav.yaw_rad + rate_radps * DT_S)
+        north, east = surge_mps * math.cos(yaw), surge_mps * math.sin(yaw)
         self.nav = replace(
             nav,
             north_m=nav.north_m + north * DT_S,
             east_m=nav.east_m + east * DT_S,
             yaw_rad=yaw,
-            surge_mps=u,
+            surge_mps=surge_mps,
             north_mps=north,
             east_mps=east,
-            yaw_rate_radps=rate,
+            yaw_rate_radps=rate_radps,
         )
         return self.nav
 
@@ -116,16 +121,4 @@ class Twin(Jet):
         gained = self.thrust_mps2 * DT_S
         u += min(gained, max(-gained, wanted - u))
         rate += (min(self.turns_radps, max(-self.turns_radps, turn)) - rate) * DT_S / 0.6
-        yaw = wrap_pi(nav.yaw_rad + rate * DT_S)
-        north, east = u * math.cos(yaw), u * math.sin(yaw)
-        self.nav = replace(
-            nav,
-            north_m=nav.north_m + north * DT_S,
-            east_m=nav.east_m + east * DT_S,
-            yaw_rad=yaw,
-            surge_mps=u,
-            north_mps=north,
-            east_mps=east,
-            yaw_rate_radps=rate,
-        )
-        return self.nav
+        return self._go(u, rate)
