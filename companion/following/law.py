@@ -379,6 +379,7 @@ class FollowLaw:
         back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
         if back < 0.0 and speed > 2.0 * _LEAST_MPS:
             closing = min(closing, _BEHIND_SHARE * speed / -back)
+        closing = min(closing, _spare_mps(speed, back * speed, self.most_mps))
         return _Approach(feed[0] + closing * wn, feed[1] + closing * we, closing, way, side)
 
     def let_go(self) -> None:
@@ -449,6 +450,14 @@ class FollowLaw:
             across = (math.sqrt(resisting * resisting + 4.0 * d.y_vv * abs(force)) - resisting) / (2.0 * d.y_vv)
             across = math.copysign(across, force)
         return -math.atan2(across, surge_mps)
+
+
+def _spare_mps(feed_mps: float, along_mps: float, most_mps: float) -> float:
+    """The closing velocity at which the boat's velocity is as fast as it may be: a faster one, cut down afterwards,
+    would lead another way, into the keep-out circle. `along_mps`: the part of the feed along the way. Infinite for a
+    follow position faster than the boat may be."""
+    square = along_mps * along_mps + most_mps * most_mps - feed_mps * feed_mps
+    return math.sqrt(square) - along_mps if most_mps > feed_mps else math.inf
 
 
 def leader_course_rad(leader: Leader) -> float | None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sitl.leader_script import script
 from sitl.scenarios import follow
 from sitl.scenarios.convoy import Convoy
 from sitl.scenarios.follow_measure import Chase, rms
@@ -15,12 +16,15 @@ from sitl.scenarios.measure import Check
 from sitl.scenarios.scenario import Scenario, Settings, number
 
 _RUN_UP_S, _JUDGED_S = 35.0, 15.0
+_LEAST_EACH_S, _EACH_WAY_M = 60.0, 130.0
 _MOST_M = 5.0
 _NEAR_M = 5.0
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Follow, and set each follow position of `stations` for `each` seconds."""
+    """Follow, and set each follow position of `stations` for `each` seconds; unless given, long enough for a boat as
+    fast as its leader leaves it time for."""
+    each_s = number(settings, "each") or _each_s(settings["leader"])
     convoy = Convoy((gcs.rig,), settings)
     convoy.follow()
     convoy.sail(follow.REST_S)
@@ -32,9 +36,15 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         changes.append((convoy.now_s, bearing, distance_m))
         convoy.ground_stations[0].set_parameter("FLW_TGT_DST", distance_m)
         convoy.ground_stations[0].set_parameter("FLW_TGT_FA", math.degrees(math.remainder(bearing, math.tau)))
-        convoy.sail(number(settings, "each"))
+        convoy.sail(each_s)
     marks = [(t_s, f"{math.degrees(bearing):.0f}° {distance_m:.0f} m") for t_s, bearing, distance_m in changes]
     return {**asked, "changes": changes, "to_s": convoy.now_s, "marks": marks}
+
+
+def _each_s(leader: str) -> float:
+    """Seconds for one follow position: the way round the leader takes longer behind a slow one, which only a boat that
+    is slow as well follows."""
+    return max(_LEAST_EACH_S, _EACH_WAY_M / max(order.speed_mps for order in script(leader)))
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
@@ -71,7 +81,7 @@ SCENARIO = Scenario(
     name="station_change",
     text="under way from astern to abeam, ahead and back astern, never through the lead boat's keep-out circle",
     vessel="rescuerunner",
-    defaults={**follow.DEFAULTS, "leader": "straight@8.2", "stations": "90@25,0@30,180@20", "each": "60"},
+    defaults={**follow.DEFAULTS, "leader": "straight@8.2", "stations": "90@25,0@30,180@20", "each": ""},
     sail=sail,
     measure=measure,
     plot=follow.draw,

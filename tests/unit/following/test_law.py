@@ -193,6 +193,16 @@ def test_the_boat_seeks_no_follow_position_in_the_way_of_a_leader_that_backs() -
     assert chase.least_m > LEAST_M + 2.0
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_boat_little_faster_than_the_leader_comes_round_it_from_abeam_to_ahead(side: float) -> None:
+    """Its velocity, cut down to what it reaches, led into the keep-out circle: it stayed abeam for good."""
+    chase = Chase(Twin(TWIN, 0.0, side * 25.0), Lead(0.0, 0.0), TWIN, MPC_XY_VEL_MAX=2.2)
+    chase.sail(40.0, 1.5, follow_position=(25.0, side * math.pi / 2.0))
+    assert chase.motion.off_m < 2.0
+    chase.sail(75.0, 1.5, follow_position=(30.0, 0.0))
+    assert chase.motion.off_m < 2.0 and chase.least_m > LEAST_M
+
+
 @pytest.mark.parametrize("speed", [0.0, 3.0, 8.2])
 def test_follow_positions_all_round_never_through_the_keep_out_circle(speed: float) -> None:
     chase = astern_of(Lead(0.0, 0.0))
