@@ -208,15 +208,24 @@ def _unknown(name: str, scenarios: Sequence[Scenario], table: str) -> Iterator[s
 
 
 def _boat_problems(part: PartConfig, scenario: Scenario, vessels: Mapping[str, VesselConfig]) -> Iterator[Problem]:
+    """Boats that the scenario refuses, those of one reason in one line."""
+    refused: dict[str, list[str]] = {}
     for vessel, config in (vessels or {scenario.vessel: load(find(scenario.vessel))}).items():
-        settings = settings_for(scenario, vessel, config, {key: text_of(v) for key, v in part.settings.items()})
-        varied = {*part.levels, *part.ranges, *(key for key, text in settings.items() if "{" in text)}
-        fixed = {key: text for key, text in settings.items() if key not in varied}
-        levels = ({**fixed, name: text_of(level)} for name, values in part.levels.items() for level in values)
-        refused = (_refusal(scenario, config, each) for each in (fixed, *levels))
-        text = next((text for text in refused if text is not None), None)
+        text = _refusal_of_any(part, scenario, vessel, config)
         if text is not None:
-            yield ("scenarios",), f"{scenario.name} is not for {vessel}: {text}"
+            refused.setdefault(text, []).append(vessel)
+    for text, names in refused.items():
+        yield ("scenarios",), f"{scenario.name} is not for {', '.join(names)}: {text}"
+
+
+def _refusal_of_any(part: PartConfig, scenario: Scenario, vessel: str, config: VesselConfig) -> str | None:
+    """Why it refuses the boat with the settings, or with one of the levels, of the part."""
+    settings = settings_for(scenario, vessel, config, {key: text_of(v) for key, v in part.settings.items()})
+    varied = {*part.levels, *part.ranges, *(key for key, text in settings.items() if "{" in text)}
+    fixed = {key: text for key, text in settings.items() if key not in varied}
+    levels = ({**fixed, name: text_of(level)} for name, values in part.levels.items() for level in values)
+    refused = (_refusal(scenario, config, each) for each in (fixed, *levels))
+    return next((text for text in refused if text is not None), None)
 
 
 def _refusal(scenario: Scenario, config: VesselConfig, settings: Mapping[str, str]) -> str | None:

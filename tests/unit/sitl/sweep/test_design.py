@@ -82,6 +82,12 @@ def test_a_leader_that_is_too_fast_for_a_boat_is_refused() -> None:
     assert "its leader sails 9 m/s" in problems(text)[0]
 
 
+def test_boats_refused_for_one_reason_are_named_in_one_line() -> None:
+    text = 'name = "a"\n[[part]]\nscenarios = ["hold"]\nvessels = ["otter", "revolt", "heron"]\n'
+    (found,) = problems(text)
+    assert "hold is not for otter, heron: it needs sideways thrust" in found
+
+
 def test_what_a_scenario_refuses_by_its_own_settings_is_said_before_the_first_run() -> None:
     """A sweep of a night ended at the first boat without a magnetometer."""
     part = 'name = "a"\n[[part]]\nscenarios = ["ahrs"]\nvessels = ["revolt", "{}"]\n'
