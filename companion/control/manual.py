@@ -10,6 +10,9 @@ from companion.core.actuation import ThrusterCommand, Wrench
 from companion.params.store import Parameters
 
 _SIDEWAYS = 0.7  # share of its push across the hull from which a fixed thruster counts as a side thruster
+# The same between which one counts as diagonal, on a boat that pushes sideways: 22.5° to 67.5° off the bow or the stern.
+_DIAGONAL = (0.38, 0.93)
+_LEAST_LEVER_M = 0.01  # a diagonal thruster whose push passes the middle of the boat by less does not turn it
 
 
 def stick_to_wrench(surge: float, sway: float, yaw: float, config: VesselConfig, parameters: Parameters) -> Wrench:
@@ -31,16 +34,32 @@ def stick_to_thrusters(
 
     Surge is the throttle of thrusters that push ahead, sway that of side thrusters, and yaw turns azimuths by up to
     `manual_azimuth_rad`. On a boat without such azimuths, yaw is differential throttle, or else throttle of the side
-    thrusters. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
+    thrusters. Diagonal thrusters, as of a vectored layout, follow all three sticks. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
     nozzle keeps its sense, and its throttle ends at 0. A rudder keeps its sense, too, as at a wheel. The throttle of a
     sail is its sheet."""
     dead = parameters["MAN_DEADBAND"]
     surge, sway, yaw = beyond_deadband(surge, dead), beyond_deadband(sway, dead), beyond_deadband(yaw, dead)
     steered = any(t.turns and t.manual_azimuth_rad > 0.0 for t in config.thrusters)
+    vectored = config.limits.sway_n > 0.0 and any(_is_diagonal(t) for t in config.thrusters)
     differential = not steered and any(
         t.kind == "fixed" and not _is_sideways(t) and t.y_m != 0.0 for t in config.thrusters
     )
-    return tuple(_one(t, surge, sway, yaw, steered, differential) for t in config.thrusters)
+    return tuple(
+        _diagonal(t, surge, sway, 0.0 if steered else yaw)
+        if vectored and _is_diagonal(t)
+        else _one(t, surge, sway, yaw, steered, vectored or differential)
+        for t in config.thrusters
+    )
+
+
+def _diagonal(t: ThrusterConfig, surge: float, sway: float, yaw: float) -> ThrusterCommand:
+    """Every stick pushes the way in which this thruster serves it."""
+    ahead, side = math.cos(t.azimuth_rad), math.sin(t.azimuth_rad)
+    lever_m = t.x_m * side - t.y_m * ahead
+    throttle = math.copysign(1.0, ahead) * surge + math.copysign(1.0, side) * sway
+    if abs(lever_m) > _LEAST_LEVER_M:
+        throttle += math.copysign(1.0, lever_m) * yaw
+    return _command(t, throttle, t.azimuth_rad)
 
 
 def _one(
@@ -61,6 +80,11 @@ def _one(
 
 def _is_sideways(t: ThrusterConfig) -> bool:
     return abs(math.sin(t.azimuth_rad)) > _SIDEWAYS
+
+
+def _is_diagonal(t: ThrusterConfig) -> bool:
+    least, most = _DIAGONAL
+    return t.kind == "fixed" and least < abs(math.sin(t.azimuth_rad)) < most
 
 
 def _command(t: ThrusterConfig, throttle: float, azimuth_rad: float) -> ThrusterCommand:

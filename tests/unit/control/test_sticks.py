@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import pytest
 
+from companion.cli.new_file import LAYOUTS, file_text
 from companion.config.devices import ThrusterConfig
-from companion.config.vessel import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, bundled, find, load, parse
 from companion.control.manual import stick_to_thrusters, stick_to_wrench
 from companion.core.actuation import ThrusterCommand, Wrench
 from companion.params.store import Parameters
+from tests.unit.config.test_strangers_mistakes import ANSWERS
 from tests.unit.control.simple_boat import REVOLT
 
 PARAMETERS = Parameters()
@@ -24,6 +26,15 @@ def wrench_of(config: VesselConfig, commands: tuple[ThrusterCommand, ...]) -> tu
         c, s = math.cos(azimuth), math.sin(azimuth)
         x, y, n = x + c * command.force_n, y + s * command.force_n, n + (t.x_m * s - t.y_m * c) * command.force_n
     return x, y, n
+
+
+def of_layout(layout: str) -> VesselConfig:
+    """A boat of `companion new`."""
+    answers = replace(ANSWERS, form="planing" if layout == "jet" else "monohull", hull_beam_m=None, layout=layout)
+    return parse(file_text(answers), "boat.toml")
+
+
+BOATS = {**{name: load(find(name)) for name in bundled()}, **{layout: of_layout(layout) for layout in LAYOUTS}}
 
 
 def fixed(name: str, x_m: float, y_m: float, azimuth_deg: float) -> ThrusterConfig:
@@ -74,6 +85,53 @@ def test_side_thrusters_steer_where_nothing_else_does() -> None:
     assert wrench_of(boat, stick_to_thrusters(0.0, 0.0, 0.5, boat, PARAMETERS))[2] > 0.0
     x, y, _ = wrench_of(boat, stick_to_thrusters(0.0, 0.5, 0.0, boat, PARAMETERS))
     assert x == pytest.approx(0.0, abs=1e-9) and y > 0.0
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_the_throttle_drives_every_boat_straight_ahead_and_the_yaw_stick_turns_it(name: str) -> None:
+    boat = BOATS[name]
+    x, y, n = wrench_of(boat, stick_to_thrusters(0.6, 0.0, 0.0, boat, PARAMETERS))
+    assert x > 0.0 and abs(y) < 1e-6 * x and abs(n) < 1e-6 * x
+    for yaw in (-0.5, 0.5):
+        turned = wrench_of(boat, stick_to_thrusters(0.6, 0.0, yaw, boat, PARAMETERS))
+        assert turned[0] > 0.0 and turned[2] * yaw > 0.0
+
+
+def vectored(azimuth_deg: float) -> VesselConfig:
+    """As of `companion new --layout vectored`, those at the stern mounted the other way round."""
+    return replace(
+        REVOLT,
+        thrusters=tuple(
+            fixed(f"{x}{y}", x * 0.6, y * 0.4, -x * y * azimuth_deg + (0.0 if x > 0 else 180.0))
+            for x in (1, -1)
+            for y in (1, -1)
+        ),
+    )
+
+
+@pytest.mark.parametrize("azimuth_deg", [30.0, 45.0, 60.0])
+@pytest.mark.parametrize("stick", [1.0, 0.4, -1.0])
+def test_each_stick_moves_a_vectored_boat_its_own_way_alone(azimuth_deg: float, stick: float) -> None:
+    """At 45° they counted as side thrusters: the throttle did nothing in Manual."""
+    boat = vectored(azimuth_deg)
+    for axis in range(3):
+        sticks = [0.0, 0.0, 0.0]
+        sticks[axis] = stick
+        wrench = wrench_of(boat, stick_to_thrusters(*sticks, boat, PARAMETERS))
+        assert wrench[axis] * stick > 0.0
+        assert all(abs(force) < 1e-9 for k, force in enumerate(wrench) if k != axis)
+
+
+def test_two_toed_in_propellers_steer_by_difference() -> None:
+    """Without sideways thrust the sway stick does nothing: it would turn the boat."""
+    boat = replace(
+        REVOLT,
+        thrusters=(fixed("port", -1.0, -0.4, 25.0), fixed("starboard", -1.0, 0.4, -25.0)),
+        limits=replace(REVOLT.limits, sway_n=0.0),
+    )
+    x, y, n = wrench_of(boat, stick_to_thrusters(0.5, 0.0, 0.0, boat, PARAMETERS))
+    assert x > 0.0 and y == pytest.approx(0.0, abs=1e-9) and n == pytest.approx(0.0, abs=1e-9)
+    assert wrench_of(boat, stick_to_thrusters(0.0, 1.0, 0.0, boat, PARAMETERS)) == (0.0, 0.0, 0.0)
 
 
 def test_no_command_exceeds_full_throttle() -> None:
