@@ -10,7 +10,7 @@ from companion.core.actuation import ThrusterCommand, Wrench
 from companion.params.store import Parameters
 
 _SIDEWAYS = 0.7  # share of its push across the hull from which a fixed thruster counts as a side thruster
-# The same between which one counts as diagonal, on a boat that pushes sideways: 22.5° to 67.5° off the bow or the stern.
+# The same between which one counts as diagonal, on a boat that pushes sideways: 22.5° to 67.5° off bow or stern.
 _DIAGONAL = (0.38, 0.93)
 _LEAST_LEVER_M = 0.01  # a diagonal thruster whose push passes the middle of the boat by less does not turn it
 
@@ -34,9 +34,9 @@ def stick_to_thrusters(
 
     Surge is the throttle of thrusters that push ahead, sway that of side thrusters, and yaw turns azimuths by up to
     `manual_azimuth_rad`. On a boat without such azimuths, yaw is differential throttle, or else throttle of the side
-    thrusters. Diagonal thrusters, as of a vectored layout, follow all three sticks. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
-    nozzle keeps its sense, and its throttle ends at 0. A rudder keeps its sense, too, as at a wheel. The throttle of a
-    sail is its sheet."""
+    thrusters. Diagonal thrusters, as of a vectored layout, follow all three sticks. The sticks keep their sense astern:
+    azimuths then turn the other way. A jet cannot push astern: its nozzle keeps its sense, and its throttle ends at 0.
+    A rudder keeps its sense, too, as at a wheel. The throttle of a sail is its sheet."""
     dead = parameters["MAN_DEADBAND"]
     surge, sway, yaw = beyond_deadband(surge, dead), beyond_deadband(sway, dead), beyond_deadband(yaw, dead)
     steered = any(t.turns and t.manual_azimuth_rad > 0.0 for t in config.thrusters)
