@@ -76,10 +76,14 @@ class _Parser(argparse.ArgumentParser):
     tasks: Sequence[str] = ()
 
     def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """As argparse's."""
+        """As argparse's, but what the command does not know is an error beside its own usage, not the program's."""
         if self.tasks and args and args[0] not in (*self.tasks, "-h", "--help"):
             args = [self.tasks[0], *args]
-        return super().parse_known_args(args, namespace)
+        known, strange = super().parse_known_args(args, namespace)
+        if strange:
+            meant = did_you_mean(strange[0], re.findall(r"--[\w-]+", self.format_help()))
+            self.error(f"unrecognized arguments: {' '.join(strange)}{meant}")
+        return known, strange
 
     def error(self, message: str) -> NoReturn:
         """As argparse's."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,25 @@ def test_a_misspelt_command_is_guessed(capsys: pytest.CaptureFixture[str]) -> No
     with pytest.raises(SystemExit, match="2"):
         main(["chekc", "revolt"])
     assert "mean 'check'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (
+            ("run", "revolt", "--duraton", "3"),
+            "companion run: error: unrecognized arguments: --duraton 3; did you mean",
+        ),
+        (("sweep", "run", "night.toml", "more"), "usage: companion sweep run"),
+    ],
+)
+def test_an_argument_too_many_is_told_with_the_commands_own_usage(
+    words: Sequence[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was told with that of the program, which names commands alone."""
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert told in capsys.readouterr().err
 
 
 def test_bad_weather_is_refused_before_the_state_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
