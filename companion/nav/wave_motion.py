@@ -31,6 +31,9 @@ _MEMORY_S = 20.0  # of the spectrum: a score of waves
 _MOST_RADPS = 8.0  # a hull follows no faster waves
 _CALM_MPS, _WAVES_MPS = 0.015, 0.03  # RMS velocity on an axis: up to the first calm, from the second on waves
 _RATIO_OFF, _RATIO_ON = 2.5, 3.5  # frequency of the waves over the bandwidth of the law: nothing is told apart below
+# Share of the fast motion that the known forces explain: none of it is taken for waves from the second on. A law that
+# answers waves explains half of what it sees of them, once none are taken off: below the first, so that it ends.
+_OWN_LEAST, _OWN_MOST = 0.6, 0.9
 _FULL_MPS, _UNDER_WAY_MPS = 0.6, 1.0  # up to the first speed the frequency met is steady enough, from the second on not
 _RETUNE_SHARE, _RETUNE_S = 0.02, 1.0
 _OSCILLATION_DAMPING = 0.02  # of the oscillator: depth of the notch
@@ -50,26 +53,30 @@ class WaveSpectrum:
     Σ(Δx)²/Σx² = 4 sin²(ω Δt/2), exact for one wave at any step. That is the least-squares form, over a fading memory,
     of the estimator of Belleter, Galeazzi & Fossen (2015), *Experimental verification of a global exponential stable
     nonlinear wave encounter frequency estimator* (Ocean Engineering 97); being no adaptation, it cannot diverge.
-    Remembers the high-pass filters and the moments.
+    Remembers the high-pass filters and the moments, also of what known forces do to the velocities.
     """
 
     def __init__(self, size: int) -> None:
         self._low = [[0.0] * size, [0.0] * size]
         self._last = [0.0] * size
-        self._moment = self._difference = self._weight = 0.0
+        self._known, self._known_low, self._known_last = [0.0] * size, [0.0] * size, [0.0] * size
+        self._moment = self._difference = self._weight = self._explained = 0.0
         self._squares = [0.0] * size
         self._fresh = True
         self._dt_s = self._share = self._fade = 0.0
 
-    def update(self, velocities: Sequence[float], weights: Sequence[float], dt_s: float) -> None:
-        """Take the velocities of a tick; `weights` bring them to one unit."""
+    def update(
+        self, velocities: Sequence[float], weights: Sequence[float], dt_s: float, known: Sequence[float] = ()
+    ) -> None:
+        """Take the velocities of a tick; `weights` bring them to one unit. `known`: accelerations by known forces since
+        the last tick."""
         if dt_s != self._dt_s:
             self._dt_s, self._share = dt_s, _HIGH_PASS_RADPS * dt_s / (1.0 + _HIGH_PASS_RADPS * dt_s)
             self._fade = math.exp(-dt_s / _MEMORY_S)
         share, fade, (first, second), last, squares = self._share, self._fade, self._low, self._last, self._squares
         if self._fresh:
             first[:], self._fresh = velocities, False
-        moment = difference = 0.0
+        moment = difference = explained = 0.0
         for i, value in enumerate(velocities):
             first[i] += share * (value - first[i])
             high = value - first[i]
@@ -80,8 +87,24 @@ class WaveSpectrum:
             high *= weights[i]
             moment += high * high
             difference += change * change
+            if known:
+                explained += change * weights[i] * self._known_change(i, known[i] * dt_s)
+        self._explained = fade * self._explained + explained
         self._weight = fade * self._weight + 1.0
         self._moment, self._difference = fade * self._moment + moment, fade * self._difference + difference
+
+    def _known_change(self, axis: int, change: float) -> float:
+        """A velocity's change by known forces, high-passed as the velocities are."""
+        self._known[axis] = (1.0 - self._share) * (self._known[axis] + change)
+        self._known_low[axis] += self._share * (self._known[axis] - self._known_low[axis])
+        high, before = self._known[axis] - self._known_low[axis], self._known_last[axis]
+        self._known_last[axis] = high
+        return high - before
+
+    @property
+    def own_share(self) -> float:
+        """Share of the fast motion that the known forces explain, by regression of its changes on theirs."""
+        return self._explained / self._difference if self._difference > 0.0 else 0.0
 
     @property
     def radps(self) -> float:
@@ -182,8 +205,9 @@ class WaveObserver:
     """Motion and thrust → the boat's wave motion, None where there is none to take off. `update` every tick.
 
     It is taken off in full from an RMS velocity of 30 mm/s on, and not at all below 15 mm/s, which gusts alone make;
-    where the waves' frequency is well above the bandwidth of the law; and while the boat is slow, since the frequency
-    that it meets changes with speed and course. Each of these fades, so that no step reaches the thrusters. Remembers
+    where the waves' frequency is well above the bandwidth of the law; while the boat is slow, since the frequency that
+    it meets changes with speed and course; and where thrust and wind do not explain the motion: a boat that pushes
+    itself to and fro is no wave's. Each of these fades, so that no step reaches the thrusters. Remembers
     the spectrum, the observers, whether they know the wind, and the frequency that they are tuned to.
     """
 
@@ -217,17 +241,17 @@ class WaveObserver:
             self._last_s = now_s
             return None
         velocities = motion.velocity[0], motion.velocity[1], motion.rates[2]
-        spectrum = self._spectrum
-        spectrum.update(velocities, (1.0, 1.0, self._half_m), dt_s)
+        spectrum, force = self._spectrum, self._known(thrust, wind)
+        known = self._accelerations(force, velocities[:2], water, motion.attitude[2])
+        spectrum.update(velocities, (1.0, 1.0, self._half_m), dt_s, known)
         place, yaw = self._weights(motion, bandwidths_radps)
         if place <= 0.0 and yaw <= 0.0:
             self._splits = None
             return None
         tuning = self._tune(now_s, dt_s)
-        force = self._known(thrust, wind)
         splits = self._splits
         if splits is None or any(split.is_off(velocity) for split, velocity in zip(splits, velocities, strict=True)):
-            x, y, n = self._accelerations(force, velocities[:2], water, motion.attitude[2])
+            x, y, n = known
             splits = self._splits = _Split(velocities[0], x), _Split(velocities[1], y), _Split(velocities[2], n)
         slow = splits[0].slow, splits[1].slow
         accelerations = self._accelerations(force, slow, water, motion.attitude[2])
@@ -264,6 +288,7 @@ class WaveObserver:
         if not radps < _MOST_RADPS:
             return 0.0, 0.0
         kept = 1.0 - _between(slow, _FULL_MPS, _UNDER_WAY_MPS)
+        kept *= 1.0 - _between(spectrum.own_share, _OWN_LEAST, _OWN_MOST)
         first, second = (_between(radps / bandwidth, _RATIO_OFF, _RATIO_ON) for bandwidth in bandwidths_radps)
         return kept * place * first, kept * yaw * second
 

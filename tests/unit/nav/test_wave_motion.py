@@ -166,6 +166,21 @@ def test_a_boat_that_brakes_makes_no_waves() -> None:
     assert max(map(abs, means)) < 0.03
 
 
+def test_a_boat_that_pushes_itself_to_and_fro_makes_no_waves() -> None:
+    """One with an outboard did so in Hold: half of its own motion was taken off, and it went on for good."""
+    mass_kg = REVOLT.hull.m11_kg
+
+    def push(t_s: float) -> Wrench:
+        return Wrench(40.0 if t_s % 4.0 < 2.0 else -40.0, 0.0, 0.0)
+
+    velocities = [0.0]
+    for k in range(600):
+        force = push(DT_S * k).surge_n - REVOLT.hull.drag_n(velocities[-1])
+        velocities.append(velocities[-1] + DT_S * force / mass_kg)
+    found = met(lambda t_s: velocities[round(t_s / DT_S)], 60.0, lambda t_s: push(t_s - DT_S), bandwidths=(0.3, 0.3))
+    assert all(waves is None or waves.north_mps == 0.0 for t_s, waves in found if t_s >= 6.0)
+
+
 def test_a_gust_that_the_thrust_counters_makes_no_waves() -> None:
     """A gust turns a light boat with 60 Nm, and the thrust turns against it. Where the wind is not told, the turn by
     thrust alone counts for slow motion, and what the boat does instead for waves: damping acted on the wrong rate."""
