@@ -155,7 +155,7 @@ class Estimator:
         """Forget an estimate that no boat can sail: it has lost itself, and speaks against receivers that are right.
         Returns the motion without it."""
         speed_mps = math.hypot(motion.velocity[0], motion.velocity[1])
-        text = f"Estimate begins anew: {speed_mps:.0f} m/s is impossible"
+        text = f"Estimate restarted: {speed_mps:.0f} m/s is impossible"
         self._say(now_s, TextKind.ALARM, "estimate_begun_anew", text)
         self._solutions.begin_anew()
         self._fixes.begin_anew()
