@@ -207,7 +207,7 @@ def _sensors(a: Answers) -> Iterator[str]:
         yield "rate_hz = 50.0"
         yield 'heading = "true"'
     else:
-        yield f'driver = "mtdata2"{_comment("assumes an Xsens MTi; others: docs/start/sensors.md; none: delete this table")}'
+        yield f'driver = "mtdata2"{_comment("an Xsens MTi is assumed; others: docs/start/sensors.md; none: delete")}'
         yield 'port = "serial:/dev/usv-imu:115200"'
         yield "rate_hz = 100.0"
         yield "timeout_s = 0.5"

@@ -275,7 +275,7 @@ class SensorConfig:
     ] = 0.0
     latency_accuracy_s: Annotated[
         NonNegative,
-        means("How far `latency_s` of a receiver may be off, one sigma, until the boat's motion has told."),
+        means("How far `latency_s` of a receiver may be wrong, one sigma, until the boat's motion shows it."),
     ] = 0.15
     talkers: Annotated[
         tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...],

@@ -399,7 +399,7 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
         if config.has_rudder:
             hold = "keeps bow to the weather within its watch circle, by its rudder"
         if config.has_sail:
-            hold = "sails to and fro within its watch circle"
+            hold = "sails back and forth within its watch circle"
         yield Judgement(
             ("limits", "sway_n"),
             "no sideways thrust",
