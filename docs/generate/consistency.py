@@ -7,8 +7,8 @@ from typing import Any
 
 from docs.generate.markdown import code, section, table
 
-_TEXT = """An estimate is only useful with its accuracy. The table has squared errors, divided by the covariance that the
-filter claims and by their number: the mean of all seeds is 1 if the claim is correct, more if the filter is
+_TEXT = """An estimate is only useful with its accuracy. The table has squared errors, divided by the covariance that
+the filter claims and by their number: the mean of all seeds is 1 if the claim is correct, more if the filter is
 over-confident, less if it is cautious.
 
 * **NEES**, the normalised estimation error squared, of all five (position, velocity, heading) and of parts.
