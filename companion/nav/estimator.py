@@ -474,7 +474,7 @@ class Estimator:
             self._fuse_heading(reading.t_s, heading, self._solutions.begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:
-        """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be a wild one."""
+        """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be an outlier."""
         if self._here is not None:
             return self._here
         fix = self._fixes.newest

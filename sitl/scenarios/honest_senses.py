@@ -2,7 +2,7 @@
 
 Drawn by the seed: holding, going from point to point or sailing a mission; wind with gusts, current, a sea or a swell,
 the grade of the receiver, a wrong model of the hull; and RTK lost and regained, receivers and inertial sensors silent
-for a while, wild points.
+for a while, outliers.
 """
 
 from __future__ import annotations
