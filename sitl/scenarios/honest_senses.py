@@ -136,7 +136,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="honest_senses",
-    text="honest sensors on a bad day, drawn by the seed: none may be found to lie",
+    text="good sensors with large ordinary errors, drawn by the seed: none may be found to lie",
     vessel="revolt",
     defaults={"duration": "600"},
     sail=sail,
