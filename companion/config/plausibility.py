@@ -403,7 +403,7 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
         yield Judgement(
             ("limits", "sway_n"),
             "no sideways thrust",
-            f"Dock: needs it, refused. Hold: {hold}, without a heading. Missions, RTL, Follow, Offboard: bow first",
+            f"Dock: refused. Hold: {hold}, without a heading. Missions, RTL, Follow, Offboard: bow first",
         )
 
 
