@@ -317,7 +317,7 @@ class Allocator(_AllocatorBase):
 
     def _bound_turn(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side.
-        To save power it turns with no more than it then gives and never against that, lest the others drive the boat
+        To save power it turns with no more than it then gives and never against that, or the others drive the boat
         off meanwhile."""
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         target = self._crossing[i]

@@ -113,13 +113,16 @@ def summary(found: Capability) -> str:
     """Lines for people: the wind by direction every 30 degrees, and what is held from everywhere."""
     lost = f" without {', '.join(found.lost)}" if found.lost else ""
     current = f", current {found.current_mps:g} m/s from the same direction" if found.current_mps else ""
-    lines = [f"wind held{lost}{current}: {found.least_mps:.1f} m/s from every direction"]
+    lines = [f"wind held at a fixed heading{lost}{current}: {found.least_mps:.1f} m/s from every direction"]
+    if found.bow_only:
+        lines = [
+            f"wind held at a fixed heading{lost}{current}. This boat has no sideways thrust,",
+            "so it turns its bow to the wind: `companion check` prints the wind in which it can",
+        ]
     step = max(1, len(found.from_rad) // 12)
     for angle, wind in list(zip(found.from_rad, found.wind_mps, strict=True))[::step]:
         more = " or more" if wind >= MOST_MPS else ""
         lines.append(f"  from {math.degrees(angle):3.0f} deg: {wind:5.1f} m/s{more}")
-    if found.bow_only:
-        lines.append("no sideways thrust: it turns its bow to the wind; companion check says up to which")
     return "\n".join(lines)
 
 

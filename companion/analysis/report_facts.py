@@ -189,7 +189,7 @@ def _lateness(recorded: Recorded) -> Verdict:
     load = float(np.percentile(known, 95.0)) if len(known) else 0.0
     busy = f"load 95 % of the time under {100.0 * load:.0f} %" if len(known) else "load not known"
     if not late and load > 1.0:  # as by a clock of `--speed` alone, against which the load counts
-        text = f"the simulated time waited for the computer: it was to go up to {load:.1f} times as fast as that could"
+        text = f"the computer was up to {load:.1f} times too slow for `--speed`: the simulation waited for it"
         return Verdict(Level.NOTE, "lateness", text)
     if not late:
         return Verdict(Level.GOOD, "lateness", f"every tick in time; {busy}")

@@ -84,7 +84,7 @@ def errors(page: Page) -> str:
     found = (
         table(("mode", "error", "median", "95 %", "largest", "RMS"), rows)
         if rows
-        else _none("No setpoint to err from.")
+        else _none("No setpoint, so no error.")
     )
     return found + "".join(
         (
@@ -162,9 +162,9 @@ def estimator(page: Page) -> str:
     parts = []
     if rows:
         parts.append(table(("estimate against the truth", "RMS", "largest", "within 1 σ", "within 2 σ"), rows))
-    off = [Series("1 σ that the filter believes", t, _where(ticks["position_accuracy_m"], ticks["position_valid"]))]
+    off = [Series("1 σ claimed by the filter", t, _where(ticks["position_accuracy_m"], ticks["position_valid"]))]
     turned = [
-        Series("1 σ that the filter believes", t, _deg(_where(ticks["heading_accuracy_rad"], ticks["heading_valid"])))
+        Series("1 σ claimed by the filter", t, _deg(_where(ticks["heading_accuracy_rad"], ticks["heading_valid"])))
     ]
     if recorded.truth is not None:
         truth = recorded.truth

@@ -125,9 +125,9 @@ def drift(config: VesselConfig, height_m: float, period_s: float, from_rad: floa
 
 def lines(found: StaticLimits) -> list[str]:
     """Lines for people."""
-    side = "from any side" if found.held_sideways else "the bow comes round in"
+    side = "from any side" if found.held_sideways else "the bow comes round in up to"
     if found.by_rudder:
-        side = "the rudder brings the bow round within the watch circle in"
+        side = "the rudder brings the bow round within the watch circle in up to"
     rows = (
         ("wind", found.wind, "m/s", 1),
         ("wind with the waves that it raises over 1 km", found.with_waves, "m/s", 1),

@@ -15,7 +15,7 @@ def add_to(commands: Any) -> None:
     calibrate = commands.add_parser(
         "calibrate", help="a magnetometer's hard and soft iron from recorded turns, as lines for the vessel's TOML"
     )
-    calibrate.add_argument("folder", type=Path, metavar="LOGDIR")
+    calibrate.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     calibrate.add_argument("--sensor", metavar="NAME", help="which one, where the log has several magnetometers")
     add_time_span(calibrate)
     calibrate.add_argument(

@@ -15,7 +15,7 @@ from companion.cli.common import UsageError
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     capability = commands.add_parser("capability", help="the wind that a vessel can hold against, by its direction")
-    capability.add_argument("vessel", metavar="VESSEL")
+    capability.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     capability.add_argument(
         "--lost", action="append", default=[], metavar="THRUSTER", help="without this thruster; may be repeated"
     )

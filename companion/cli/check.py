@@ -21,7 +21,7 @@ _LISTEN_S = 3.0
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     check = commands.add_parser("check", help="every error of a vessel's file at once, with its place")
-    check.add_argument("vessel", metavar="VESSEL")
+    check.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     check.add_argument(
         "--listen",
         action="store_true",
@@ -53,7 +53,7 @@ def _print_limits(config: VesselConfig) -> None:
     if config.has_sail:
         return
     if found is None:
-        print("note: windage: no wind areas, so that nobody knows which wind the boat holds against")
+        print("note: windage: no wind areas, so the wind that the boat holds against is unknown")
         return
     for line in lines(found):
         print(line)

@@ -37,7 +37,7 @@ def add_to(tasks: Any) -> None:
         "instants lie outside of the two-sided 95 % band than chance explains. Runs of this commit that stand in DIR "
         "are not sailed again.",
     )
-    command.add_argument("vessel", metavar="VESSEL")
+    command.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     command.add_argument("--case", action="append", default=[], metavar="NAME", help="left out: all; `list` shows them")
     command.add_argument("--seeds", type=seeds, default=range(20), metavar="A-B", help="as 0-19")
     command.add_argument("--gnss", default="rtk", help="grade of the receiver (%(default)s)")

@@ -13,7 +13,7 @@ from companion.cli.drawing import characters, svg
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     draw = commands.add_parser("draw", help="the boat from above: hull, thrusters with their direction, sensors")
-    draw.add_argument("vessel", metavar="VESSEL")
+    draw.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     draw.add_argument("--svg", type=Path, metavar="FILE", help="also write the drawing as an SVG file")
     draw.set_defaults(command=_draw)
 

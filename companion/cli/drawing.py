@@ -120,23 +120,22 @@ def characters(config: VesselConfig) -> str:
     rows = max(9, round(columns * half_x / half_y * _ASPECT))
     grid = [[" "] * columns for _ in range(rows)]
 
-    def put(x_m: float, y_m: float, sign: str) -> None:
-        row = round((half_x - x_m) / (2.0 * half_x) * (rows - 1))
-        column = round((y_m + half_y) / (2.0 * half_y) * (columns - 1))
-        grid[min(rows - 1, max(0, row))][min(columns - 1, max(0, column))] = sign
+    def put(x_m: float, y_m: float, sign: str) -> tuple[int, int]:
+        row = min(rows - 1, max(0, round((half_x - x_m) / (2.0 * half_x) * (rows - 1))))
+        column = min(columns - 1, max(0, round((y_m + half_y) / (2.0 * half_y) * (columns - 1))))
+        grid[row][column] = sign
+        return row, column
 
     for line in outlines(config):
         for (x0, y0), (x1, y1) in zip(line, [*line[1:], line[0]], strict=True):
             for step in range(41):
                 put(x0 + step / 40.0 * (x1 - x0), y0 + step / 40.0 * (y1 - y0), "·")
-    put(0.0, 0.0, "+")
-    legend = []
+    marks = [(put(0.0, 0.0, "+"), "+  middle of the boat")]
     for sensor, sign in zip(config.sensors, "abcdefghijklmnop", strict=False):
-        put(sensor.x_m, sensor.y_m, sign)
-        legend.append(
-            f"{sign}  {sensor.name}: {place(sensor.x_m, sensor.y_m)}, "
-            f"{abs(sensor.z_m):g} m {'down' if sensor.z_m > 0.0 else 'up'}"
-        )
+        depth = f"{abs(sensor.z_m):g} m {'down' if sensor.z_m > 0.0 else 'up'}"
+        text = f"{sign}  {sensor.name}: {place(sensor.x_m, sensor.y_m)}, {depth}"
+        marks.append((put(sensor.x_m, sensor.y_m, sign), text))
+    legend = []
     for thruster in config.thrusters:
         sign = _ARROWS[round(thruster.azimuth_rad / (math.pi / 4.0)) % 8]
         put(thruster.x_m, thruster.y_m, sign)
@@ -144,7 +143,13 @@ def characters(config: VesselConfig) -> str:
             put(thruster.rudder.x_m, thruster.y_m, "|")
         legend += _lines(sign, thruster)
     drawing = "\n".join("".join(row).rstrip() for row in grid)
-    return f"{drawing}\n\n+  middle of the boat\n" + "\n".join(legend)
+    return f"{drawing}\n\n" + "\n".join([*(_seen(grid, *mark) for mark in marks), *legend])
+
+
+def _seen(grid: list[list[str]], cell: tuple[int, int], text: str) -> str:
+    """A line of the list of signs, with the sign that hides its own, if there is one."""
+    shown = grid[cell[0]][cell[1]]
+    return text if shown == text[0] else f"{text} (at the place of {shown})"
 
 
 def _lines(sign: str, thruster: ThrusterConfig) -> list[str]:

@@ -38,7 +38,7 @@ def add_to(commands: Any) -> None:
     beside.add_to(tasks)
     consistency.add_to(tasks)
     for task in (held, sailed):
-        task.add_argument("vessel", metavar="VESSEL")
+        task.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
         task.add_argument("runs", nargs="+", metavar="LABEL=DIR", help="the first is ours, as ours=logs/a")
         task.add_argument("--from", dest="from_s", type=float, default=0.0, metavar="S", help="judge from this time on")
         task.add_argument("--to", dest="to_s", type=float, default=math.inf, metavar="S", help="and to this time")

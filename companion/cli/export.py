@@ -14,7 +14,7 @@ _FORMATS = ("csv", "gpx", "kml", "geojson", "parquet")
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     export = commands.add_parser("export", help="a log for other programs: its track as GPX, KML or GeoJSON, tables")
-    export.add_argument("folder", type=Path, metavar="LOGDIR")
+    export.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     export.add_argument(
         "--to", required=True, metavar="FORMATS", help=f"one or more of {', '.join(_FORMATS)}, separated by commas"
     )

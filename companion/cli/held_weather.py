@@ -25,4 +25,4 @@ def more_than_it_holds(config: VesselConfig, settings: Mapping[str, str]) -> str
         return ""
     said = " and ".join(f"{name} of {value:g} m/s, of which it holds {most:.2g}" for name, value, most in beyond)
     keys = ", ".join(f"--set {name}=" for name, _, _ in beyond)
-    return f"note: {said} (companion check tells it): try less, {keys}"
+    return f"note: {said} (companion check prints it): try less, {keys}"

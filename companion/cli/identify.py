@@ -30,7 +30,7 @@ def add_to(commands: Any) -> None:
     identify = commands.add_parser(
         "identify", help="inertia, damping and thrust from a recorded manoeuvre, as lines for the vessel's TOML"
     )
-    identify.add_argument("folder", type=Path, metavar="LOGDIR")
+    identify.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     add_time_span(identify)
     identify.add_argument(
         "--hold",

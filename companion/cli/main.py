@@ -67,6 +67,21 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 2
 
 
+class _Commands:
+    """argparse's subparsers, each with its line in the list of commands as the first sentence of its own help."""
+
+    def __init__(self, subparsers: Any) -> None:
+        self._subparsers = subparsers
+
+    def add_parser(self, name: str, *, help: str, description: str = "", **options: Any) -> argparse.ArgumentParser:
+        """As argparse's."""
+        first = f"{help[:1].upper()}{help[1:]}."
+        parser: argparse.ArgumentParser = self._subparsers.add_parser(
+            name, help=help, description=f"{first} {description}".strip(), **options
+        )
+        return parser
+
+
 class _Parser(argparse.ArgumentParser):
     """Says what a misspelt command may have meant. Python does so from 3.14 on.
 
@@ -84,6 +99,10 @@ class _Parser(argparse.ArgumentParser):
             meant = did_you_mean(strange[0], re.findall(r"--[\w-]+", self.format_help()))
             self.error(f"unrecognized arguments: {' '.join(strange)}{meant}")
         return known, strange
+
+    def add_subparsers(self, **options: Any) -> Any:
+        """As argparse's."""
+        return _Commands(super().add_subparsers(**options))
 
     def error(self, message: str) -> NoReturn:
         """As argparse's."""

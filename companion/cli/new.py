@@ -290,7 +290,7 @@ def summary(config: VesselConfig) -> list[str]:
     lines.append(f"{'top speed':{_WIDTH}} {top_speed_mps(config.hull, config.limits.surge_n):.1f} m/s")
     limits = config.limits
     ahead, sideways, turning = map(_three_digits, (limits.surge_n, limits.sway_n, limits.yaw_nm))
-    thrust = f"{ahead} N ahead, {sideways} N sideways, {turning} Nm of turning"
+    thrust = f"{ahead} N ahead, {sideways} N sideways, {turning} Nm of yaw moment"
     lines.append(f"{'largest thrust':{_WIDTH}} {thrust}")
     return lines + [f"note: {found}" for found in judgements(config)]
 
@@ -301,7 +301,8 @@ def _three_digits(value: float) -> str:
 
 
 def _answers(arguments: argparse.Namespace, asks: bool) -> dict[str, Any]:
-    """All answers by their keys: options first, then questions or defaults. Raises UsageError."""
+    """All answers by their keys: options first, then questions or defaults. Raises UsageError that names all
+    missing ones."""
     known: dict[str, Any] = {question.key: None for question in QUESTIONS}
     known["spread_m"], known[_FILE] = 0.0, arguments.file.stem
     missing = []
@@ -314,11 +315,10 @@ def _answers(arguments: argparse.Namespace, asks: bool) -> dict[str, Any]:
                 known[question.key] = _asked(question, known)
             elif question.default is None:
                 missing.append(_option(question.key))
-                break
-            else:
+            elif not missing:  # a default may follow from an answer before
                 known[question.key] = question.default(known)
     if missing:
-        raise UsageError(f"new: {', '.join(missing)} is missing; give it, or run in a terminal to be asked")
+        raise UsageError(f"new: missing: {', '.join(missing)}; give them, or run in a terminal to be asked")
     return known
 
 

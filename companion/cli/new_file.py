@@ -202,12 +202,12 @@ def _sensors(a: Answers) -> Iterator[str]:
     yield "[[sensor]]"
     yield 'name = "imu"'
     if a.board == "pixhawk":
-        yield 'driver = "mavlink_imu"'
+        yield f'driver = "mavlink_imu"{_comment("the IMU and the compass of the Pixhawk")}'
         yield 'port = "serial:/dev/usv-pixhawk:115200"'
         yield "rate_hz = 50.0"
         yield 'heading = "true"'
     else:
-        yield 'driver = "mtdata2"'
+        yield f'driver = "mtdata2"{_comment("an Xsens MTi is assumed; others: docs/start/sensors.md; none: delete")}'
         yield 'port = "serial:/dev/usv-imu:115200"'
         yield "rate_hz = 100.0"
         yield "timeout_s = 0.5"

@@ -13,7 +13,7 @@ from companion.cli.common import print_warnings
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     replay = commands.add_parser("replay", help="a recorded log through today's code")
-    replay.add_argument("folder", type=Path, metavar="LOGDIR")
+    replay.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     replay.add_argument(
         "--all",
         action="store_true",

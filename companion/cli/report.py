@@ -17,7 +17,7 @@ def add_to(commands: Any) -> None:
     report = commands.add_parser(
         "report", help="one HTML file of a log: track, errors, thrusters, health, links, events"
     )
-    report.add_argument("folder", type=Path, metavar="LOGDIR")
+    report.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     report.add_argument("--out", type=Path, metavar="HTML", help="default: report.html in the log folder")
     report.set_defaults(command=_report)
 

@@ -29,7 +29,7 @@ def add_to(commands: Any) -> None:
     list_ = verbs.add_parser("list", help="the scenarios by subject, or the settings of one")
     list_.add_argument("name", metavar="NAME", nargs="?", help="show this one's settings")
     list_.set_defaults(command=_list)
-    run = verbs.add_parser("run", help="run one")
+    run = verbs.add_parser("run", help="sail one in lockstep and check it")
     run.add_argument("name", metavar="NAME")
     run.add_argument("--vessel", metavar="V")
     run.add_argument("--seed", type=int, default=0)

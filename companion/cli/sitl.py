@@ -53,7 +53,7 @@ def add_to(commands: Any) -> None:
         description="While it runs, type a fault's name, or NAME+SECONDS, to start that fault now. "
         "`depart` starts the lead boat.",
     )
-    sitl.add_argument("vessel", metavar="VESSEL")
+    sitl.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     sitl.add_argument("--dir", type=Path, metavar="DIR", help="folder of its serial ports: /dev/NAME is DIR/NAME")
     sitl.add_argument("--speed", type=float, default=1.0, metavar="N", help="N times as fast as the wall clock")
     sitl.add_argument("--seed", type=int, default=0, help="seed of all noise")

@@ -46,7 +46,7 @@ def add_to(commands: Any) -> None:
         "thruster-test",
         help="run each thruster in turn, at low power, after a question for each; the companion must not run",
     )
-    test.add_argument("vessel", metavar="VESSEL")
+    test.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     test.add_argument("--sitl", action="store_true", help="with the simulated boat in place of its devices")
     test.add_argument("--thruster", action="append", metavar="NAME", help="only this one; may be repeated")
     test.add_argument(

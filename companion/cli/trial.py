@@ -29,13 +29,13 @@ def add_to(commands: Any) -> None:
     )
     accept.set_defaults(command=_accept)
     undo = steps.add_parser("undo", help="the overlay in force no longer counts; the one before counts again")
-    undo.add_argument("vessel", metavar="VESSEL")
+    undo.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     undo.set_defaults(command=_undo)
     listed = steps.add_parser("list", help="all overlays of a vessel, and which one counts")
-    listed.add_argument("vessel", metavar="VESSEL")
+    listed.add_argument("vessel", metavar="VESSEL", help="a bundled name or a TOML file")
     listed.set_defaults(command=_list)
     report = steps.add_parser("report", help="one HTML file: manoeuvring figures, capability, what changes and why")
-    report.add_argument("folder", type=Path, metavar="LOGDIR")
+    report.add_argument("folder", type=Path, metavar="LOGDIR", help="a log folder")
     report.add_argument(
         "--after",
         type=Path,

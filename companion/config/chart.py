@@ -230,7 +230,7 @@ def _geometry(given: Any) -> BaseGeometry:
     try:
         geometry: BaseGeometry = shapely.force_2d(shape(given))
     except Exception as error:
-        raise ValueError(f"its geometry cannot be read ({error}); draw it anew") from error
+        raise ValueError(f"its geometry cannot be read ({error}); draw it again") from error
     if geometry.is_empty:
         raise ValueError("its geometry is empty; remove it")
     west, south, east, north = geometry.bounds

@@ -275,7 +275,7 @@ class SensorConfig:
     ] = 0.0
     latency_accuracy_s: Annotated[
         NonNegative,
-        means("How far `latency_s` of a receiver may be off, one sigma, until the boat's motion has told."),
+        means("How far `latency_s` of a receiver may be wrong, one sigma, until the boat's motion shows it."),
     ] = 0.15
     talkers: Annotated[
         tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...],
@@ -349,9 +349,7 @@ class SensorConfig:
     ] = None
     position_wander_s: Annotated[
         Positive | None,
-        means(
-            "Time after which the slow error of a plain fix is another one. Left out: 300 s; with carrier phase 100 s."
-        ),
+        means("Time constant of the slow error of a plain fix. Left out: 300 s; with carrier phase 100 s."),
     ] = None
     position_noise_m: Annotated[
         Positive | None,
@@ -402,14 +400,11 @@ class SensorConfig:
     ] = None
     heading_wander_s: Annotated[
         Positive | None,
-        means(
-            "Time after which the slow error of heading is another one. Left out: 60 s from two antennas, 300 s from a "
-            "compass."
-        ),
+        means("Time constant of the slow error of heading. Left out: 60 s from two antennas, 300 s from a compass."),
     ] = None
     accelerometer_noise_mps2_rthz: Annotated[
         Positive,
-        means("Noise density of the accelerometers, one sigma. On a hull that shakes: a few times the data sheet's."),
+        means("Noise density of the accelerometers, one sigma. On a hull that vibrates: a few times the data sheet's."),
     ] = 0.004
     gyro_noise_radps_rthz: Annotated[
         float,

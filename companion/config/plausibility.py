@@ -399,11 +399,11 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
         if config.has_rudder:
             hold = "keeps bow to the weather within its watch circle, by its rudder"
         if config.has_sail:
-            hold = "sails to and fro within its watch circle"
+            hold = "sails back and forth within its watch circle"
         yield Judgement(
             ("limits", "sway_n"),
             "no sideways thrust",
-            f"Dock: needs it, refused. Hold: {hold}, without a heading. Missions, RTL, Follow, Offboard: bow first",
+            f"Dock: refused. Hold: {hold}, without a heading. Missions, RTL, Follow, Offboard: bow first",
         )
 
 

@@ -39,7 +39,7 @@ class CorrectionsConfig:
     gga_s: Annotated[
         float,
         Field(ge=0.0),
-        means("Period at which the caster is told the position, which virtual reference stations need. 0: never."),
+        means("Period at which the position is sent to the caster, which virtual reference stations need. 0: never."),
     ] = 10.0
 
 

@@ -137,7 +137,7 @@ NO_ESTIMATE = NavState(
 
 def usable(nav: NavState) -> NavState:
     """The estimate with validity cleared where a value is not finite: the failsafes act on that. A place that is no
-    number has no accuracy; a heading that is none is NaN, with which one can reckon on."""
+    number has no accuracy; a heading that is none is NaN, with which computations go on."""
     motion = (
         nav.north_m
         + nav.east_m

@@ -187,7 +187,7 @@ class PlannedMotion:
         return max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
 
     def _sway_mps(self, nav: NavState, wanted_mps: float) -> float:
-        """The sideways speed over ground to ask for. While no current is known, the control law reckons with none, and
+        """The sideways speed over ground to ask for. While no current is known, the control law assumes none, and
         would push the boat the way that it drifts."""
         most = self._most_sway_mps
         if nav.current_north_mps is None:

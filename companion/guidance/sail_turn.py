@@ -96,4 +96,4 @@ class SailTurn:
         tacks_s = now_s - self._tacks_s
         if tacks_s > self._parameters["SAIL_TACK_T"] or (tacks_s > _BACK_S and has_fallen_back):
             self._wears, self._tacks_s = True, None
-            self._say(now_s, TextKind.ATTENTION, "tack_failed", "Tack failed: wears round")
+            self._say(now_s, TextKind.ATTENTION, "tack_failed", "Tack failed: gybing instead")

@@ -77,7 +77,7 @@ class CircleMode(Mode):
         px4=0x01030000,  # POSCTL, sub-mode ORBIT
         rover=9,
         standard_mode=2,  # ORBIT
-        again="an orbit that is over begins anew",
+        again="an orbit that is over starts again",
         commands=(34,),  # DO_ORBIT
         refusals=(
             KnownRefusal(

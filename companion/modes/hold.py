@@ -60,7 +60,7 @@ class HoldMode(Mode):
         if config.limits.sway_n > 0.0:
             self._text = self.declaration.text
         elif config.has_sail:
-            self._text = "Sails to and fro across the wind inside a watch circle; no heading"
+            self._text = "Sails back and forth across the wind in a watch circle; no heading"
         elif not can_reverse(config.thrusters):
             self._text = (
                 "Keeps inside a watch circle: drifts, and sails back bow into wind and current; "

@@ -155,7 +155,7 @@ class Estimator:
         """Forget an estimate that no boat can sail: it has lost itself, and speaks against receivers that are right.
         Returns the motion without it."""
         speed_mps = math.hypot(motion.velocity[0], motion.velocity[1])
-        text = f"Estimate begins anew: {speed_mps:.0f} m/s is impossible"
+        text = f"Estimate restarted: {speed_mps:.0f} m/s is impossible"
         self._say(now_s, TextKind.ALARM, "estimate_begun_anew", text)
         self._solutions.begin_anew()
         self._fixes.begin_anew()
@@ -474,7 +474,7 @@ class Estimator:
             self._fuse_heading(reading.t_s, heading, self._solutions.begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:
-        """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be a wild one."""
+        """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be an outlier."""
         if self._here is not None:
             return self._here
         fix = self._fixes.newest

@@ -1,7 +1,7 @@
 """Heading of a boat that has no compass, or has lost it: by its motion.
 
 A bank of filters runs, each begun at another heading. The boat's accelerations, as its inertial sensor feels them, turn
-with the heading into velocities; the filters whose heading is right foretell what the receiver measures. The waves, or
+with the heading into velocities; the filters whose heading is right predict what the receiver measures. The waves, or
 a push ahead and astern, are enough. A boat that lies still tells nothing.
 
 Source: Magill (1965), *Optimal adaptive estimation of sampled stochastic processes* (a bank of Kalman filters, weighed
@@ -151,7 +151,7 @@ class HeadingSearch:
         return self._filters[max(range(_HYPOTHESES), key=self._weights.__getitem__)]
 
     def _reject(self) -> None:
-        """No filter could foretell the velocity."""
+        """No filter could predict the velocity."""
         self._rejections += 1
         if self._rejections > _REJECTIONS:
             self._filters = []

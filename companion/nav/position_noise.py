@@ -3,7 +3,7 @@ the inertial sensor's way taken off.
 
 What the filter has made of the positions does not come into it, so that a filter that believes them too much, and has
 come loose, still learns how noisy they are. Its velocity is off by a constant, its acceleration by little: what
-scatters is the receiver. Slow errors of positions do not, nor do some wild ones: the median counts.
+scatters is the receiver. Slow errors of positions do not, nor do some outliers: the median counts.
 """
 
 from __future__ import annotations

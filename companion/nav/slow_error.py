@@ -19,7 +19,7 @@ from companion.nav.error_state import Innovation
 from companion.nav.measured_off import Wander
 
 _MEAN_S, _FEWEST = 5.0, 20  # of the mean of the lagged products: time, and innovations
-_CLIP = 25.0  # to which the products of two innovations are reduced: a wild one tells little
+_CLIP = 25.0  # to which the products of two innovations are reduced: an outlier says little
 _RATIO = 1.5  # of the mean to the variance that is no drift: by chance it is 0.3 at most
 _GAP_S = 2.0
 _FADES_S = 60.0  # in which an added sigma goes back, and a doubt

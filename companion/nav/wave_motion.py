@@ -1,4 +1,4 @@
-"""Wave motion of the hull, told apart from its slow motion: what dynamic positioning should leave alone.
+"""Wave motion of the hull, separated from its slow motion: what dynamic positioning should leave alone.
 
 Waves move a boat to and fro faster than its thrusters can follow; a positioning law that answers them wears the drives
 and gains nothing. The passive observer of Fossen & Strand (1999), *Passive nonlinear observer design for ships using
@@ -30,7 +30,7 @@ _HIGH_PASS_RADPS = 1.0  # of the velocities that tell the waves' frequency: abov
 _MEMORY_S = 20.0  # of the spectrum: a score of waves
 _MOST_RADPS = 8.0  # a hull follows no faster waves
 _CALM_MPS, _WAVES_MPS = 0.015, 0.03  # RMS velocity on an axis: up to the first calm, from the second on waves
-_RATIO_OFF, _RATIO_ON = 2.5, 3.5  # frequency of the waves over the bandwidth of the law: nothing is told apart below
+_RATIO_OFF, _RATIO_ON = 2.5, 3.5  # frequency of the waves over the bandwidth of the law: nothing is separated below
 # Share of the fast motion that the known forces explain: none of it is taken for waves from the second on. A law that
 # answers waves explains half of what it sees of them, once none are taken off: below the first, so that it ends.
 _OWN_LEAST, _OWN_MOST = 0.6, 0.9

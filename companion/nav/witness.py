@@ -86,7 +86,7 @@ class Witness:
 
     def time(self, time: TimeOfDay) -> bool:
         """Note an absolute time; whether it may be used. One that cannot be now is not. A receiver that has told no
-        other, since it has no almanac, is no liar; it is announced once that has lasted."""
+        other, since it has no almanac, does not lie; it is announced once that has lasted."""
         plausible = is_plausible(time.time_unix_ns)
         if plausible:
             self._dated.add(time.source)
@@ -113,7 +113,7 @@ class Witness:
     ) -> Verdict | None:
         """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule. No receiver that was
         good is judged while the inertial sensor has just begun to carry the estimate, or no longer does: a filter that
-        begins under way must find its tilt, and without one a high antenna lies aside of the hull as it heels."""
+        begins under way must find its tilt, and without one a high antenna is beside the hull as it heels."""
         if self._has_changed(solution, fix.t_s) and self.trusts(Sense.POSITION, fix.source):
             return None
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)

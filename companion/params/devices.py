@@ -64,7 +64,7 @@ ROWS: tuple[ParamSpec, ...] = (
         100,
         "",
         "Battery",
-        "Cells in series, to judge the charge by voltage where neither device nor vessel file tell it; 0: not",
+        "Cells in series, to judge the charge by voltage if neither device nor vessel file gives it; 0: off",
     ),
     real("BAT1_V_EMPTY", 3.6, 0.5, 5.0, "V", "Battery", "Voltage of an empty cell under load"),
     real("BAT1_V_CHARGED", 4.05, 0.5, 5.0, "V", "Battery", "Voltage of a full cell under load"),

@@ -79,7 +79,7 @@ ROWS: tuple[ParamSpec, ...] = (
         100000.0,
         "min",
         "Mission",
-        "How long a full battery lasts under way; longer missions are told. 0: as measured since the start",
+        "Endurance of a full battery under way; the boat warns of longer missions. 0: measured since the start",
         decimals=0,
     ),
     choice("FS_LEAK_ACT", 2, FAILSAFE_ACTIONS, "Failsafe", "Action when the leak sensor is wet"),

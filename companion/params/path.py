@@ -211,7 +211,7 @@ ROWS: tuple[ParamSpec, ...] = (
         100000.0,
         "m",
         "Mission",
-        "Way to the first place of a mission above which the boat tells it, at upload and at the start; 0: never",
+        "Distance to a mission's first place above which the boat warns, at upload and at the start; 0: never",
         decimals=0,
     ),
     choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "Action after the last mission item"),
@@ -220,7 +220,7 @@ ROWS: tuple[ParamSpec, ...] = (
         0,
         {0: "Shortest way", 1: "Own track"},
         "Mission",
-        "RTL goes the shortest way inside the fence, or back along the boat's own track to home, loops cut",
+        "RTL goes the shortest way inside the fence, or back along the boat's own track without its loops",
     ),
     choice("RTL_USE_RALLY", 1, YES_NO, "Mission", "RTL goes to the nearest of home and the rally points"),
     choice(
@@ -228,7 +228,7 @@ ROWS: tuple[ParamSpec, ...] = (
         2,
         {0: "Fence off", 1: "Warn", 2: "Hold", 3: "RTL"},
         "Fence",
-        "Action when the boat leaves the fence, or is about to by stick; but for 0, other modes stay inside",
+        "Action when the boat leaves the fence, or is about to by stick; unless 0, other modes stay inside",
     ),
     real(
         "GF_MAX_HOR_DIST",

@@ -113,7 +113,7 @@ ROWS: tuple[ParamSpec, ...] = (
         1,
         YES_NO,
         "Dynamic positioning",
-        "Leave the to and fro of waves to itself while positioning: less thrust and wear at the same accuracy",
+        "Do not counter the oscillation by waves while positioning: less thrust and wear, same accuracy",
     ),
     choice(
         "DP_WEATHERVANE",

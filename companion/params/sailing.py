@@ -30,6 +30,6 @@ ROWS = (
         "Sailing",
         "How long the boat sails by the last wind after the wind vane has failed; then the sheet is free",
     ),
-    real("SAIL_TACK_T", 12.0, 3.0, 120.0, "s", "Sailing", "Time for a tack; a boat that needs longer wears round"),
+    real("SAIL_TACK_T", 12.0, 3.0, 120.0, "s", "Sailing", "Time for a tack; a boat that needs longer gybes instead"),
     choice("SAIL_MOTOR", WITHOUT_WIND, _USES, "Sailing", "When the motors beside the sail push"),
 )

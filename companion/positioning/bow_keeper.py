@@ -70,7 +70,7 @@ class BowKeeper:
     round (not of a boat with a rudder), the bow points to the hold point itself until the boat is well inside again.
 
     A lone thruster that steers by its direction pushes the boat as it turns it: the middle goes to one side, then the
-    bow leads the boat to the other (nonminimum phase). Its keeper minds the point ahead of the middle that the push
+    bow leads the boat to the other (nonminimum phase). Its keeper controls the point ahead of the middle that the push
     leaves in place, and lies bow to the drift that it has felt on the beam (`BeamDrift`): where wind and current oppose
     each other, the drift that the estimator knows may point the other way. Near the point a boat without a drift goes
     straight on, past it if need be. Where it goes round the point faster than its bow comes round, the thrust would

@@ -149,7 +149,7 @@ class Weathervane:
             turn_s = turn_rad / math.radians(self._parameters["DP_YAW_RATE"])
             self._turns_back_s = inputs.now_s + turn_s + _DRIVEN_MEAN_S
             self._sideways_n = self._missing_n = 0.0
-            text = f"{self._mode}: all thrusters work: heading taken back"
+            text = f"{self._mode}: all thrusters work: holds heading again"
             self._events.say(inputs.now_s, TextKind.ROUTINE, "heading_taken_back", text)
 
     def update(self, inputs: ModeInputs, held_rad: float) -> float | None:

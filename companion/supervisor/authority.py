@@ -140,7 +140,7 @@ ROWS: tuple[RefusalRule, ...] = (
         _CONTROLLING | {RequestedAction.DISARM, RequestedAction.OPERATOR_CONTROL},
         _GROUND_STATION,
         lambda r, f: r.granted is not None and r.action not in r.granted,
-        lambda r, f: "this script has no leave for it",
+        lambda r, f: "this script may not do that",
         "A script asks only for what `may` of its `[[script]]` lists; `command` covers disarming. Reading stays open. "
         "Operator control is never a script's.",
     ),

@@ -84,7 +84,7 @@ class MissionEdits:
     def _refusal(self) -> str | None:
         if self._helm.mode.id is ModeId.MISSION:
             return "the boat is in Mission"
-        return "others are being stored" if len(self._waiting) >= _MOST_WAITING else None
+        return "earlier ones are still being stored" if len(self._waiting) >= _MOST_WAITING else None
 
     def _refuse(self, text: str, now_s: float) -> Outcome:
         self._events.say(now_s, TextKind.REFUSAL, "mission_edit_refused", text)

@@ -162,7 +162,7 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         Cause.GUARD_FAILED,
         "any self-steered but Hold",
         _HOLD_OR_NO_THRUST,
-        "An error of the program where it minds fence and traffic",
+        "An error of the program in the guards of fence, traffic and obstacles",
     ),
     ModeChange(
         Cause.MISSION_ITEM.value,

@@ -23,7 +23,7 @@ from companion.supervisor.cruise import Cruise
 from companion.supervisor.helm import Helm
 from companion.supervisor.homing import HomeKeeper
 
-_LEGS_A_TICK = 20  # a long mission is not reckoned in one tick
+_LEGS_A_TICK = 20  # a long mission is not computed in one tick
 _LEAST_USED = 0.03  # share of the battery from which its use can be told: boards report whole percents
 
 

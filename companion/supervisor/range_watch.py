@@ -32,8 +32,8 @@ class RangeWatch:
     share of the battery's endurance (BAT_ENDURANCE, or as measured under way), times the power that current and wind
     ask for on that course, against calm: resistance at the speed through the water plus the wind's force, times that
     speed. What is short stays so until the boat is at home or the battery has risen, because the need falls on the way;
-    or until an operator changes what it is reckoned by. A position or a charge that is lost meanwhile ends it not.
-    Remembers the consumption so far, what was reckoned by, and the share that was left when it became short.
+    or until an operator changes what it is computed from. A position or a charge that is lost does not end it.
+    Remembers the consumption so far, what it was computed from, and the share that was left when it became short.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, speed_mps: Callable[[], float]) -> None:
@@ -49,7 +49,7 @@ class RangeWatch:
     def update(
         self, nav: NavState, battery: Battery | None, home: Home | None, self_steered: bool, now_s: float
     ) -> None:
-        """Count what is used, and every 2 s reckon anew. `self_steered`: armed, and no sticks steer."""
+        """Count what is used, and every 2 s compute again. `self_steered`: armed, and no sticks steer."""
         speed_mps = self._speed_mps()
         fast = math.hypot(nav.north_mps, nav.east_mps) >= _UNDER_WAY_SHARE * speed_mps
         self._use.update(battery, self_steered and fast, now_s)

@@ -159,7 +159,7 @@ class Supervisor(Requests):
         parts.turn_resistance = resistance
         if resistance >= _MARKED_RESISTANCE and not self._said_resistance:
             self._said_resistance = True
-            text = f"Turns against {resistance:.1f} times the file's damping"
+            text = f"Yaw damping is {resistance:.1f} times the vessel file's"
             parts.events.say(now_s, TextKind.ROUTINE, "turn_resistance", text)
 
     def thruster_failed(self, index: int, failed: bool) -> None:
@@ -319,7 +319,7 @@ class Supervisor(Requests):
                 steered = parts.sailor.steer(steered, parts.nav, now_s, inputs.dt_s)
             return parts.fence.limited(steered, helm.mode, parts.nav, parts.cruise.speed_mps, now_s)
         except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
-            text = f"Fence and obstacles not minded ({type(error).__name__}: {error})"
+            text = f"Fence and obstacles not guarded ({type(error).__name__}: {error})"
             if text != self._guard_failure:
                 self._guard_failure = text
                 self._events.say(now_s, TextKind.ALARM, "guard_failed", text)

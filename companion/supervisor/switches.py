@@ -210,7 +210,7 @@ class Switches:
 
     def _value(self, switch: Switch, rc: RcInput) -> float | None:
         """The value of a mapped channel, −1…1; None if it is not mapped, missing, or not a number. A switch that is
-        mapped anew is read anew."""
+        mapped again is read again."""
         number = self._number(switch)
         position = self._positions.get(switch.key)
         if position is not None and position.number != number:

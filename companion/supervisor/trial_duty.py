@@ -121,7 +121,7 @@ class TrialDuty:
         calm = not self._helm.armed or self._helm.mode.id is ModeId.HOLD
         if not calm:
             return "disarm or choose Hold"
-        return "identifying still" if self.identifying else None
+        return "still identifying" if self.identifying else None
 
     def _refused(self, what: str, reason: str, now_s: float) -> Outcome:
         text = f"{what} refused: {reason}"

@@ -15,7 +15,7 @@ from docs.generate.statustexts import all_texts
 _INTRODUCTION = """Who is obeyed, and every reason for which the boat leaves its mode, in order."""
 _PEOPLE = """Each rule refuses what its row says. The first that applies gives the reason. What no rule refuses is
 obeyed.
-The newest decision of a person counts, whether it comes from a ground station or from the lead boat's crew."""
+The newest choice of a person counts, whether it comes from a ground station or from the lead boat's crew."""
 _FAILSAFES = """A failsafe begins when its cause lasts and it applies to what the boat does. It acts once. What an
 operator asks for afterwards stands,
 until the failsafe has ended and begins again.

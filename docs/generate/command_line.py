@@ -9,9 +9,10 @@ from companion.cli.main import argument_parser
 from docs.generate.markdown import code, page, section, sentence, table
 from gcs_plugins.usvctl.cli import argument_parser as usvctl_parser
 
-_INTRODUCTION = """`companion` is the program on the boat and its tools. `usvctl` commands a boat from a shell.
+_INTRODUCTION = """`companion` is the program on the boat and its tools. `usvctl` commands a boat from a terminal.
 
-Exit codes of `companion`: 0 done, 1 a check failed, 2 a mistake in what was asked."""
+Exit codes of `companion`: 0 done, 1 a check failed, 2 a mistake in the command or its files, 3 the computer does not
+have a link's own address, or not yet."""
 
 
 _USUAL = {  # of arguments that mean the same everywhere and bring no text of their own

@@ -7,17 +7,17 @@ from typing import Any
 
 from docs.generate.markdown import code, section, table
 
-_TEXT = """An estimate is worth what it knows of its own error. Squares of errors over the covariance that the filter
-has of them, divided by their number: the mean of all seeds is 1 where the filter is honest, more where it is
-over-confident, less where it is cautious.
+_TEXT = """An estimate is only useful with its accuracy. The table has squared errors, divided by the covariance that
+the filter claims and by their number: the mean of all seeds is 1 if the claim is correct, more if the filter is
+over-confident, less if it is cautious.
 
 * **NEES**, the normalised estimation error squared, of all five (position, velocity, heading) and of parts.
 * **NIS**, the normalised innovation squared, of each kind of measurement, the newest at the instant.
 * **NVS**, the normalised square of each variable alone. The letters have no common meaning; here they have this one.
-* **Bias**, the mean of an error over its sigma: 0 where a filter is not beside the truth.
+* **Bias**, the mean of an error over its sigma: 0 for a filter without a systematic error.
 
-A cell gives the mean over seeds and instants, and how many instants are in the two-sided 95 % band, chi-square with so
-many degrees of freedom as seeds times numbers. Where more are outside than chance explains, the cell says which way.
+A cell gives the mean over seeds and instants, and how many instants are in the two-sided 95 % band, chi-square with as
+many degrees of freedom as seeds times numbers. If more are outside than chance explains, the cell says in which way.
 Slow errors last 30 to 300 s here, so the instants are not independent of each other; the seeds are."""
 
 _MEANINGS = {

@@ -19,12 +19,12 @@ one run: the boat has sailed in its mode for 20 s, or a minute or more where it 
 compass, when the fault begins. It is green when all this holds:
 
 * the boat ends in the mode that is expected;
-* what is expected was said within 1 s of being knowable, and the ground station heard it;
+* the boat sent the expected text within 1 s of the moment at which it could know, and the ground station received it;
 * the boat stayed within the stated distance of its place or line;
-* its log is whole.
+* its log is complete.
 
 Point at a cell to see what happened. `sitl/fault_matrix/expected.toml` is the table of what is expected; the tests read
-the same file. `make matrix` runs all cells anew."""
+the same file. `make matrix` runs all cells again."""
 _LEGEND = (
     ("ok", "as expected"),
     ("red", "not as expected"),

@@ -19,11 +19,12 @@ from docs.generate.source import ROOT
 
 _DATA = ROOT / "docs" / "generate" / "published_hulls.toml"
 _TURN_RADPS = 0.2
-_INTRODUCTION = """What `[hull]` with a `form` becomes. The program works these figures out when it reads a file.
-A key of the file overrides one figure.
+_INTRODUCTION = """The model that the program derives from the dimensions in `[hull]`, if it has a `form`, when it
+reads a vessel's file. A key of the file overrides one figure.
 
-A figure is expected within its factor, up or down. [Identification](../use/identification.md) measures it."""
-_COMPARED = """By what factor the derived figure is off, with the factor that is stated. Coefficients of damping
+The true figure is expected within the stated factor, up or down. [Identification](../use/identification.md) measures
+it."""
+_COMPARED = """The ratio of the derived figure to the published one, with the stated factor. Coefficients of damping
 share a force between them in many ways, so the forces are compared: ahead at 0.2 √(gL), across at 0.05 √(gL), turning
 at 0.2 rad/s.
 

@@ -18,7 +18,7 @@ from sitl.truth_log import LEADER_COLUMNS, truth_columns
 
 THRUSTER, DEVICE = "THRUSTER", "DEVICE"  # stand for the names of the vessel file
 
-_INTRODUCTION = """A run writes one folder. `companion report`, `companion replay` and `companion export` read it.
+_INTRODUCTION = """Each run writes one folder. `companion report`, `companion replay` and `companion export` read it.
 
 `THRUSTER` and `DEVICE` stand for the names in the vessel file. An empty cell is a value that is not there.
 `t_s` is the boat's time: seconds since the program started. Positions are in the local frame: north, east and down

@@ -19,8 +19,8 @@ from sitl.otter_equations import OtterHull
 from sitl.wave_hull import wave_hull
 
 _DATA = ROOT / "docs" / "generate" / "published_manoeuvres.toml"
-_INTRODUCTION = """Manoeuvres of simulated hulls without a controller, wind or waves. The program works the tables out
-when this page is made. [The simulated hull](../inside/hull.md) says what the plants are."""
+_INTRODUCTION = """Manoeuvres of simulated hulls without a controller, wind or waves. The program computes the tables
+when this page is made. [The simulated hull](../inside/hull.md) describes the plants."""
 _OTTER = """*Program* is what the published program does by itself, run apart. `published` and `published_2023` are its
 equations as this program has them, in six degrees of freedom; `strips` and `fossen` are plants of three. Of each
 propeller 40 N; in the circle 20 N between both, in the zig-zag of 10° 40 N.

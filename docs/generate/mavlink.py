@@ -32,7 +32,7 @@ from docs.generate.templates import plain, templates
 
 _COMMON = "https://mavlink.io/en/messages/common.html"
 _WIRE = "companion/io/mavlink/"
-_INTRODUCTION = """What a ground station, or a program of yours, can exchange with the boat. The boat speaks MAVLink
+_INTRODUCTION = """What a ground station, or your own program, can exchange with the boat. The boat speaks MAVLink
 2 (`common.xml`, with newer messages
 of `development.xml`). It has component id 1 and the system id in [`MAV_SYS_ID`](parameters.md#mav_sys_id)."""
 _COMMANDS = """COMMAND_LONG and COMMAND_INT get one COMMAND_ACK at once.
@@ -45,8 +45,8 @@ _COMMANDS = """COMMAND_LONG and COMMAND_INT get one COMMAND_ACK at once.
 | UNSUPPORTED | No such command here. |
 | FAILED | Tried, without success. |
 
-The reason of a refusal comes as STATUSTEXT. The same command again within 2 s counts as a repetition where doing it
-twice would differ."""
+The reason of a refusal comes as STATUSTEXT. The same command again within 2 s counts as a repeated packet, if carrying
+it out twice would make a difference."""
 _SENT = """Default intervals for a fast line; on a slow one they grow. `?telemetry=leader` and
 `?telemetry=high_latency` are options of a link.
 SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them for one link."""

@@ -16,13 +16,13 @@ from docs.generate.source import ROOT
 FOLDER = ROOT / "docs" / "results"
 _OWN_PAGE = ("theses",)
 
-_INTRODUCTION = """Figures that the program measured of itself, in simulation. Each table names its date, its commit
+_INTRODUCTION = """Figures measured in simulation with this program. Each table names its date, its commit
 and the command that makes it.
 Errors come from the plant's own record, not from the estimate. A simulation is not the sea: expect more there.
 
 [What the theses found](theses.md) has a page of its own.
 
-`make results` measures all tables anew. It takes hours; a run that was cut off goes on where it was."""
+`make results` measures all tables again. It takes hours; after an interruption it continues where it was."""
 
 
 def results(folder: Path = FOLDER) -> str:

@@ -14,14 +14,14 @@ from docs.generate.source import Module, called, calls, functions, modules, own_
 from docs.generate.templates import assigned, bound, filled, marks, parameters, plain, templates
 from docs.generate.text_lengths import CHUNK, PLACES, WHY_LONG, usual_length
 
-_INTRODUCTION = """What the boat sends as STATUSTEXT, sorted by its first words. `events.csv` has the name besides. A
+_INTRODUCTION = """All texts that the boat sends as STATUSTEXT, in alphabetical order. `events.csv` also has the name. A
 text without a name goes only to the ground station that asked, and is in no log of events.
 
 A word in braces stands for a value, such as `{name}`. The length is that of the text with usual values; a text longer
 than 50 characters comes in several STATUSTEXT messages, which ground stations put together. The same text under the
 same name comes once in 10 s."""
 
-_KINDS = """Who announces chooses a kind; the severity follows from it. QGroundControl opens a window for ERROR and
+_KINDS = """Each text has a kind, from which its severity follows. QGroundControl opens a window for ERROR and
 worse, keeps WARNING and INFO in its list, and speaks NOTICE and worse."""
 
 _LONG = """Each of these needs its length: it says who, what and how much."""

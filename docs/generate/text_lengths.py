@@ -62,7 +62,7 @@ EXAMPLES = {  # usual values of the places that are no numbers
 }
 
 WHY_LONG = {
-    "Fence and obstacles not minded ({name}: {error})": "the error inside the program",
+    "Fence and obstacles not guarded ({name}: {error})": "the error inside the program",
     "Traffic: {label} {met}, {max} m in {due_s} s": "the vessel's name, how it meets the boat, how near and when",
     "Traffic: {label} {met}, {max} m in {due_s} s; it gives way": "likewise, and who gives way",
     "{ends}: stays in {mode}: another failsafe lasts": "what is over, and why the boat does not go back",

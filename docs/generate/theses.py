@@ -14,13 +14,13 @@ from docs.generate.source import ROOT
 from docs.results.measure import run_name, theses
 
 MEASURED = ROOT / "docs" / "results" / "theses.json"
-_INTRODUCTION = """The program comes from three theses. Here each of their findings stands beside what the simulated
-boats do, with the thesis's law and with the companion's own. Figures are means of six seeds, in brackets the least and
+_INTRODUCTION = """The program is based on three theses. This page compares each of their findings with the simulated
+boats, with the thesis's law and with the companion's own. Figures are means of six seeds, in brackets the smallest and
 the largest.
 
-A figure of a thesis counts as reproduced on a seed from half to one and a half times its size, if nothing narrower is
-said; what is compared without a figure has its limits in `docs/results/theses.toml`, too. They were written before
-these seeds were sailed. The verdict says on how many seeds all limits of a finding are kept."""
+A figure of a thesis counts as reproduced on a seed if it is between half and one and a half times as large, unless
+narrower limits are stated; findings without a figure also have limits in `docs/results/theses.toml`. The limits were
+written before these seeds were sailed. The verdict says on how many seeds all limits of a finding are kept."""
 _CALIBRATED = """What the plants stand on:
 
 * ReVolt, `as_sailed`: sway and yaw damping by the times of the legs; inertia and surge damping as the thesis prints

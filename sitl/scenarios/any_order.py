@@ -153,7 +153,7 @@ def _with_lidar(conditions: Conditions, settings: Settings) -> Conditions:
 
 SCENARIO = Scenario(
     name="any_order",
-    text="modes, points, missions, circles and sticks as the seed draws them: nothing unsafe, each refusal told",
+    text="modes, points, missions, circles and sticks drawn by the seed: nothing unsafe, each refusal with its reason",
     vessel="revolt",
     defaults={
         "orders": "",

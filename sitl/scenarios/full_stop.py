@@ -114,7 +114,7 @@ def _place(row: Mapping[str, float]) -> tuple[float, float]:
 
 SCENARIO = Scenario(
     name="full_stop",
-    text="Hold from full speed, asked for or by failsafe: the boat stops as soon as it can, and holds about there",
+    text="Hold from full speed, commanded or by failsafe: the boat stops as soon as it can, and holds about there",
     vessel="otter",
     defaults={
         "by": "hold",

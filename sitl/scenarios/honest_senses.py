@@ -2,7 +2,7 @@
 
 Drawn by the seed: holding, going from point to point or sailing a mission; wind with gusts, current, a sea or a swell,
 the grade of the receiver, a wrong model of the hull; and RTK lost and regained, receivers and inertial sensors silent
-for a while, wild points.
+for a while, outliers.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="honest_senses",
-    text="honest sensors on a bad day, drawn by the seed: none may be found to lie",
+    text="good sensors with large ordinary errors, drawn by the seed: none may be found to lie",
     vessel="revolt",
     defaults={"duration": "600"},
     sail=sail,

@@ -118,7 +118,7 @@ def _astern_rad(row: dict[str, float], leg: _Leg) -> float:
 
 SCENARIO = Scenario(
     name="stern_first",
-    text="a mission with legs sailed stern first (DO_SET_REVERSE): off the legs, where the bow points, speed astern",
+    text="a mission with legs sailed stern first (DO_SET_REVERSE): cross-track error, heading, speed astern",
     vessel="aboat",
     defaults={"side": "30", "wind": "", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
     by_vessel={"cybership2": {"side": "10"}, "wamv16": {"side": "50"}},

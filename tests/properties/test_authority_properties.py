@@ -65,7 +65,7 @@ ATOMS: dict[str, Atom] = {
 }
 
 NOT_LISTED = ("list -listed", "system {r.system} may not command here")
-NO_LEAVE = ("-granted", "this script has no leave for it")
+NO_LEAVE = ("-granted", "this script may not do that")
 CONTROLLED = ("-free -in_control", "system {f.in_control} has control")
 SWITCH = "safe switch of the transmitter is on"
 KILLED = ("kill", "kill switch of the transmitter is on")

@@ -57,9 +57,7 @@ def test_scripts_of_the_vessel_file_do_what_they_may(tmp_path: Path) -> None:
 
         wait_until(lambda: heard("reader is done") and heard("sailor is done"), "both scripts")
         said = (boat.log_folder / "script-reader.log").read_text(encoding="utf-8")
-        assert said.startswith("command 400: ") and "Not obeyed: this script has no leave for it" in said, (
-            "once in 30 s"
-        )
+        assert said.startswith("command 400: ") and "Not obeyed: this script may not do that" in said, "once in 30 s"
         assert "obeyed\n" not in said and len(said.splitlines()) == 5
         assert wait_until(lambda: boat.rows()[-1]["mode"] == "Hold", "Hold, as the sailor asked")
         by_hand = tmp_path / "by_hand.py"

@@ -15,7 +15,7 @@ _SOURCE = "thrust over inertia; ReVolt's tuning at sea"
 # Errors at which the proportional part alone takes all thrust. ReVolt's tuned gains are at 0.7 m, 0.43 m and 18°.
 _FULL_AT_M, _FULL_AT_RAD = 0.7, 0.3
 _LAG_SHARE = 0.25  # bandwidth times the lag of thrust: leaves a phase margin of 60° with the derivative part
-# A rudder or a nozzle does not wait for the thrust. The law heeds the rate at which it turns. Jets of 1 m in wind of
+# A rudder or a nozzle does not wait for the thrust. The law knows the rate at which it turns. Jets of 1 m in wind of
 # 6 m/s turned too weakly at 1.3 rad/s: 3 and 4.4 m off a square, in place of 1.2 and 1.8.
 _MOST_STEERED_RADPS = 2.0
 _MOST_BY_RECEIVER = {"rtk": 0.6, "sbas": 0.35, "standalone": 0.25}  # rad/s: a wandering position is not chased

@@ -45,9 +45,9 @@ function make() {
   element.modes = html("div", { id: "modes" });
   element.go = button("Go", go, { id: "o-go", disabled: true });
   element.pick = button("Pick a point", togglePick, { id: "o-pick" });
-  element.goText = html("p", { class: "small" }, "Pick, then click the picture or the chart. The ghost takes the heading of the dial.");
-  element.station = button("Send station", sendStation, { id: "o-station", disabled: true });
-  element.stationText = html("p", { class: "small" }, "Drag the station mark on the chart while a leader is heard.");
+  element.goText = html("p", { class: "small" }, "Pick, then click the picture or the chart. The outline shows the heading of the dial.");
+  element.station = button("Send follow position", sendStation, { id: "o-station", disabled: true });
+  element.stationText = html("p", { class: "small" }, "Drag the mark of the follow position on the chart while a leader is heard.");
   element.accept = button("Accept", () => order({ order: "trial_accept" }, "Accept the model"), { id: "o-trial-accept", disabled: true });
   element.undo = button("Undo", () => order({ order: "trial_undo" }, "Undo the model"), { id: "o-trial-undo", disabled: true });
   element.restart = button("Reboot", () => order({ order: "restart" }, "Reboot"), { id: "o-restart" });
@@ -71,7 +71,7 @@ function make() {
   onStationDragged((turned, far) => {
     station = [turned, far];
     element.station.disabled = false;
-    say(element.stationText, `Station ${length(far)} at ${bearing(turned, 0)} of the leader's bow.`);
+    say(element.stationText, `Follow position: ${length(far)} from the leader, bearing ${bearing(turned, 0)} from its bow.`);
   });
 }
 
@@ -150,7 +150,7 @@ async function go() {
 }
 
 function sendStation() {
-  order({ order: "station", bearing_deg: deg(station[0]), distance_m: station[1] }, "Station");
+  order({ order: "station", bearing_deg: deg(station[0]), distance_m: station[1] }, "Follow position");
 }
 
 function trim([name, label, unit]) {

@@ -104,7 +104,7 @@ function drawSenses(boat, m) {
       const verdict = !last ? "" : old ? `the last one ${number(last.age_s, 0, "s")} ago` : last.accepted ? `taken, ${number(Math.sqrt(Math.max(0, last.square) / last.limit), 1)} of its gate` : "rejected by its gate";
       return html("tr", {}, html("th", {}, sense), html("td", { class: source ? "" : "small" }, source ?? "none"), html("td", { class: last && (old || !last.accepted) ? "bad" : "small" }, verdict));
     });
-    const lies = (m.distrusted ?? []).map((d) => html("li", { class: "bad" }, `✕ ${d.source} (${d.sense}): ${d.fault}${d.excluded ? "; not used" : ""}${d.asks ? "; asks whether to believe it" : ""}`));
+    const lies = (m.distrusted ?? []).map((d) => html("li", { class: "bad" }, `✕ ${d.source} (${d.sense}): ${d.fault}${d.excluded ? "; not used" : ""}${d.asks ? "; accept or reject it" : ""}`));
     return [html("table", {}, ...used), html("ul", {}, ...(lies.length ? lies : [html("li", { class: "small" }, m.distrusted ? "None is found to lie." : "Not in a log.")]))];
   }, facts);
   const c = m.corrections;

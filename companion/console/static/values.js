@@ -25,8 +25,8 @@ function make(boat) {
   panel.replaceChildren(
     pairs("Off the reference", [["error", "Position", true], ["ahead", "Ahead / to starboard"], ["turn", "Heading"], ["cross", "Cross-track"]]),
     pairs("Motion", [["heading", "Heading"], ["speed", "Speed over ground"], ["course", "Course over ground"], ["body", "Surge / sway"], ["rate", "Turn"], ["sea", "Roll / pitch, half range"]]),
-    stack("Wrench: given filled, asked outlined", bars),
-    stack("Thrust: measured filled, asked outlined", pods),
+    stack("Wrench: achieved filled, demanded outlined", bars),
+    stack("Thrust: measured filled, demanded outlined", pods),
     html("section", { class: "card" }, html("h2", {}, "Capability: wind that it can hold against"), polar),
     pairs("Weather", [["wind", "True wind"], ["current", "Current"]]),
     pairs("Position", [["lat", "Latitude"], ["lon", "Longitude"], ["sigma", "One sigma"], ["fix", "Fix"], ["age", "Age of position / heading"]]),
@@ -186,7 +186,7 @@ function drawPolar(now) {
   const { wind_speed_mps: wind, wind_from_rad: from } = more();
   const shown = wind !== null && wind !== undefined;
   drawn.dot.style.display = shown ? "" : "none";
-  const legend = "Green: all thrusters. Dashed: without the one that is missed most.";
+  const legend = "Green: all thrusters. Dashed: without the most important one.";
   if (!shown) { say(drawn.words, `${legend} No wind measured.`); return; }
   const a = from - now.yaw_rad, n = made.from_rad.length, i = ((Math.round((a / (2 * Math.PI)) * n) % n) + n) % n;
   set(drawn.dot, { transform: `translate(${wind * drawn.k * Math.sin(a)} ${-wind * drawn.k * Math.cos(a)})` });

@@ -228,7 +228,7 @@ class GnssSentences:
 
 def _measured(sentence: Sentence, mode: str) -> bool:
     """Whether position and velocity are measured. Receivers go on with sentences that say they are valid while they
-    only reckon on. Old ones have no mode."""
+    only go on by dead reckoning. Old ones have no mode."""
     return sentence.get(mode) not in _UNMEASURED
 
 

@@ -1,6 +1,6 @@
 """TCP connections whose far end goes without a word: a device that loses its power, a network that is cut.
 
-Who only reads would wait for ever: nothing tells it that the far end has begun anew. So the operating system asks a
+A reader would wait for ever: nothing tells it that the far end has restarted. So the operating system asks a
 silent far end whether it is still there, where it can, and ends the connection after some 15 s without an answer.
 """
 

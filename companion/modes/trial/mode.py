@@ -65,7 +65,7 @@ class TrialMode(Mode):
         text="Sea trial inside a circle: motor check and manoeuvres for identification",
         px4=0x040C0000,  # AUTO, sub-mode EXTERNAL2
         rover=30,
-        again="nothing changes; a trial that was stopped begins anew",
+        again="nothing changes; a trial that was stopped starts again",
         commands=(31014,),  # USER_5
         refusals=(
             KnownRefusal(

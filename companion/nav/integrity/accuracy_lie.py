@@ -12,7 +12,7 @@ from companion.nav.integrity.statistics import NoiseSize
 _RATIO = 3.0  # of the scatter to the claim, where the claim is a lie
 _LEAST_M = 0.03  # scatter of a step, by waves and vibration, that is no lie
 _SAMPLES = 30  # of the average
-_MOST = 3.0  # a step counts with at most so many times the average: of ten positions one may be wild, two steps
+_MOST = 3.0  # a step counts with at most so many times the average: of ten positions one may be an outlier, two steps
 _MOST_AT_FIRST = 2.0  # and with at most so many thresholds, until the average is known
 _MEAN_OF_STEP = math.sqrt(math.pi)  # mean length of a step between two positions, in sigmas of one axis
 _GAP_S = 1.5

@@ -274,7 +274,7 @@ class HeadingDrift(Hypothesis):
 
 
 def _threshold_rad(source: _Source, seen: HeadingSeen) -> float:
-    """How far heading and turn may honestly come apart, after the turns since they began to."""
+    """How far heading and turn of good sensors may differ, after the turns since they began to."""
     wanders = _WANDERS
     if seen.wander_rad > 0.0:
         spread_rad = source.track.spread_rad(source.cusum.onset_s)

@@ -229,7 +229,7 @@ class IntegrityMonitor:
             whole = len(findings) > 1 or sense in INERTIAL or sense.value == source
             of = "" if whole else f" {sense.value}"
             excluded = self._excludes(findings[0])
-            end = "not used" if excluded else "used on"
+            end = "not used" if excluded else "still used"
             kind = TextKind.ALARM if excluded else TextKind.ATTENTION
             self._say(now_s, kind, "sense_distrusted", f"{source}{of} {fault}: {end}")
             if excluded and findings[0].asks:

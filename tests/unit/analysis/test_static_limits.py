@@ -59,7 +59,7 @@ def test_a_boat_without_sideways_thrust_is_told_in_which_wind_its_bow_comes_roun
     found = static_limits(kayak(layout="twin"))
     assert found is not None and not found.held_sideways
     assert found.current.side is None and found.wind.side is not None
-    assert any("the bow comes round in" in line for line in lines(found))
+    assert any("the bow comes round in up to" in line for line in lines(found))
     narrow = kayak(layout="twin", spread_m=0.02)
     poor = static_limits(narrow)
     assert poor is not None and any("does not come round" in text for text in weakness(narrow, poor))
@@ -101,7 +101,7 @@ def test_a_rudder_has_room_in_its_watch_circle_to_bring_the_bow_round() -> None:
     found = static_limits(boat)
     assert found is not None and found.wind.side is not None and found.with_waves.side is not None
     assert found.with_waves.side < found.wind.side < found.wind.ahead
-    assert any("within the watch circle in" in line for line in lines(found))
+    assert any("within the watch circle in up to" in line for line in lines(found))
 
     def room(wind_mps: float) -> float:
         return room_m(boat, lambda from_rad: wrench_against(boat, wind_mps, from_rad))

@@ -15,7 +15,7 @@ def note(vessel: str, wind: str = "", current: str = "") -> str:
 def test_it_names_what_is_too_much_with_the_remedy() -> None:
     assert note("revolt", "6@90/npd", "0.3@45") == (
         "note: wind of 6 m/s, of which it holds 4.7 and current of 0.3 m/s, of which it holds 0.2 "
-        "(companion check tells it): try less, --set wind=, --set current="
+        "(companion check prints it): try less, --set wind=, --set current="
     )
     assert "current" not in note("revolt", "6")
 

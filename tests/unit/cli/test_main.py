@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import companion.__main__
-from companion.cli.main import argument_parser, main
+from companion.cli.main import argument_parser, main, parsed
 
 
 @pytest.mark.parametrize(
@@ -171,6 +171,24 @@ def test_help_and_mistakes_know_all_commands(capsys: pytest.CaptureFixture[str])
         written = "".join(capsys.readouterr())
         assert "thruster-test" in written
         assert "scenario" in written
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["check"], "Every error of a vessel's file at once"),
+        (["trial", "undo"], "The overlay in force no longer counts"),
+        (["sitl"], "While it runs, type a fault's name"),
+    ],
+)
+def test_the_help_of_a_command_says_what_it_does(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It listed the options alone."""
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit):
+        parsed([*words, "--help"])
+    assert said in capsys.readouterr().out
 
 
 def test_ctrl_c_ends_any_command_with_one_line(

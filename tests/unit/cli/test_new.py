@@ -60,7 +60,7 @@ def test_help_has_the_choices_in_running_text(
 def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "boat.toml")
     assert main(["new", file, "--yes", "--name", "cat", "--form", "barge", "--length", "3"]) == 2
-    assert "--beam is missing" in capsys.readouterr().err
+    assert "missing: --beam, --mass, --motor; give them" in capsys.readouterr().err
     assert main(["new", file, "--yes", *CATAMARAN[:-4], "--motor", "T220"]) == 2
     assert "did you mean 't200'" in capsys.readouterr().err
     assert not Path(file).exists()
@@ -191,3 +191,11 @@ def _next_or_end(answers: Iterator[str]) -> str:
     for answer in answers:
         return answer
     raise EOFError
+
+
+def test_a_sign_that_another_one_hides_is_said_in_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Receiver and inertial sensor lie at the middle of a new boat: neither + nor a stood in the drawing."""
+    assert main(["new", str(tmp_path / "boat.toml"), "--yes", *CATAMARAN]) == 0
+    said = capsys.readouterr().out
+    assert "+  middle of the boat (at the place of b)" in said and "0.3 m up (at the place of b)" in said
+    assert "b  imu: 0 m ahead, 0 m to starboard, 0 m up\n" in said

@@ -541,7 +541,7 @@ def test_a_guard_that_fails_is_announced_once_and_the_boat_can_still_be_steered(
     boat.step(3.0)
     assert boat.status.mode is ModeId.HOLD and boat.status.armed
     assert not isinstance(boat.supervisor.guide(boat.nav, boat.now_s, 0.1), NeutralSetpoint)
-    assert sum("not minded" in text for text in boat.texts()) == 1
+    assert sum("not guarded" in text for text in boat.texts()) == 1
 
 
 # --- where a boat holds that drifts ----------------------------------------------------------------------------------

@@ -148,7 +148,7 @@ def test_a_tack_that_fails_is_followed_by_a_turn_before_the_wind() -> None:
     crew.sailor.ask_tack()
     assert crew.heading_deg(to(0.0), sailing(30.0), 45) == pytest.approx(30.0 - LEAD_DEG, abs=2.0)
     assert crew.heading_deg(to(0.0), sailing(30.0), 10) == pytest.approx(130.0, abs=2.0)
-    assert "Tack failed: wears round" in crew.texts
+    assert "Tack failed: gybing instead" in crew.texts
     assert crew.heading_deg(to(0.0), sailing(170.0)) == pytest.approx(270.0, abs=2.0)
     assert crew.heading_deg(to(0.0), sailing(200.0)) == pytest.approx(315.0, abs=2.0)
 
@@ -160,7 +160,7 @@ def test_a_bow_that_falls_back_in_a_tack_is_not_held_there() -> None:
     crew.steer(to(0.0), sailing(20.0), 25)
     assert crew.heading_deg(to(0.0), sailing(52.0), 3) == pytest.approx(52.0 - LEAD_DEG, abs=2.0)
     assert crew.heading_deg(to(0.0), sailing(52.0), 10) == pytest.approx(152.0, abs=2.0)
-    assert "Tack failed: wears round" in crew.texts
+    assert "Tack failed: gybing instead" in crew.texts
 
 
 def test_past_the_wind_the_boat_steers_for_the_other_tack() -> None:

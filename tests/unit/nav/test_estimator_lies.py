@@ -180,7 +180,7 @@ def test_a_second_receiver_elsewhere_makes_no_liar_of_the_one_in_use(
         row.append(fix)
     boat.go(30.0)
     (said,) = boat.said[1:]
-    assert said.startswith("plotter position is ") and said.endswith(" m from gnss: used on")
+    assert said.startswith("plotter position is ") and said.endswith(" m from gnss: still used")
     assert boat.estimator.sources["position"] == "gnss" and boat.off()[0] < 0.1
 
 
@@ -334,7 +334,7 @@ def test_a_boat_that_begins_to_spin_is_told_of_no_lie(turn_radps: float) -> None
 def test_report_only_follows_as_ever() -> None:
     boat = afloat(NAV_INTEG=1)
     boat.go(30.0, jump(5.0))
-    assert boat.said[0] == "gnss position jumped 5.0 m: used on"
+    assert boat.said[0] == "gnss position jumped 5.0 m: still used"
     assert boat.off()[0] == pytest.approx(5.0, abs=0.2)
 
 
@@ -354,7 +354,7 @@ def test_an_estimate_that_no_boat_can_sail_begins_anew() -> None:
     assert inertial is not None
     inertial.filter.velocity = (3000.0, -2000.0, 0.0)
     state = boat.go(LIE_S + 6.0)
-    assert [text for text in boat.said if "anew" in text] == ["Estimate begins anew: 3606 m/s is impossible"]
+    assert [text for text in boat.said if "restarted" in text] == ["Estimate restarted: 3606 m/s is impossible"]
     assert state.position_valid and state.heading_valid and not state.distrusted
     assert boat.off()[0] < 0.5 and boat.off()[1] < math.radians(3.0)
     assert state.current_north_mps is None or abs(state.current_north_mps) < 1.0
@@ -371,7 +371,7 @@ def test_meanwhile_the_boat_is_said_to_be_where_it_was() -> None:
     places = []
     for k in range(1, 40):
         state = boat.go(LIE_S + 0.1 * k)
-        places += [state] if not state.position_valid and any("anew" in text for text in boat.said) else []
+        places += [state] if not state.position_valid and any("restarted" in text for text in boat.said) else []
     assert len(places) > 3
     for state in places:
         assert state.position_accuracy_m > 100.0

@@ -179,4 +179,4 @@ def test_nothing_is_accepted_while_a_trial_is_identified(boat: Boat, monkeypatch
     trials_of(boat, KnownTrials())
     completed(boat, monkeypatch)
     outcome, _ = boat.supervisor.trial_duty.accept(boat.now_s)
-    assert outcome.reason == "Trial accept refused: identifying still"
+    assert outcome.reason == "Trial accept refused: still identifying"

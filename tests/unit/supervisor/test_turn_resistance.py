@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from tests.unit.conftest import Boat
 
-TEXT = "Turns against 2.4 times the file's damping"
+TEXT = "Yaw damping is 2.4 times the vessel file's"
 
 
 def told(boat: Boat) -> list[str]:
     boat.step()
-    return [text for text in boat.texts() if text.startswith("Turns against")]
+    return [text for text in boat.texts() if text.startswith("Yaw damping is")]
 
 
 def test_a_marked_resistance_is_said_once(boat: Boat) -> None:

@@ -171,7 +171,7 @@ class VesselCommands:
         if changes is None:
             return denied("param 2 of go-to should be whole")
         if not changes & 1 and self._supervisor.status(request.now_s).mode is not ModeId.HOLD:
-            return not_now("go-to without leave to change the mode needs Hold")
+            return not_now("go-to: allow it to change the mode, or choose Hold")
         lat_deg, lon_deg = request.place
         if math.isnan(lat_deg) and math.isnan(lon_deg):
             return self._supervisor.hold_here(request.now_s)
@@ -335,6 +335,6 @@ class VesselCommands:
             return denied("param 1 of restart should be 1")
         if self._supervisor.status(request.now_s).armed:
             return denied("restart while disarmed only")
-        self._vessel.events.say(request.now_s, TextKind.ROUTINE, "restart", "Restarting: back in some seconds")
+        self._vessel.events.say(request.now_s, TextKind.ROUTINE, "restart", "Restarting: back in a few seconds")
         self._vessel.request_restart()
         return DONE

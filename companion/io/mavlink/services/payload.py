@@ -193,7 +193,11 @@ class PayloadService:
         reason = self._vessel.supervisor.payload.lacking(action)
         if reason is not None:
             return not_now(reason) if reason else DONE
-        return LATER if self._pass_on(action, request, request.now_s) else not_now("the same is under way for another")
+        return (
+            LATER
+            if self._pass_on(action, request, request.now_s)
+            else not_now("another client's request is still under way")
+        )
 
     def _pass_on(self, action: Forward, request: CommandRequest | None, now_s: float) -> bool:
         """Send a command to its component. False where the same command of somebody else waits for its answer; of one's

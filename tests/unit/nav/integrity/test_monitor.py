@@ -86,7 +86,7 @@ def test_off() -> None:
 
 def test_report_only() -> None:
     watch = known(NAV_INTEG=1)
-    assert watch.go(20.0, jumped) == ["gnss position jumped 5.0 m: used on"]
+    assert watch.go(20.0, jumped) == ["gnss position jumped 5.0 m: still used"]
     assert watch.said[0][1] is TextKind.ATTENTION
     assert watch.trusts(POSITION) and not watch.monitor.state[0].excluded
     assert set(watch.verdicts) == {None}
@@ -120,7 +120,7 @@ def test_turned_off_under_way_it_trusts_at_once() -> None:
 
 def test_a_jump_may_be_followed_by_the_usual_rule() -> None:
     watch = known(NAV_JUMP_ACT=0)
-    assert watch.go(20.0, jumped) == ["gnss position jumped 5.0 m: used on"]
+    assert watch.go(20.0, jumped) == ["gnss position jumped 5.0 m: still used"]
     assert watch.trusts(POSITION) and set(watch.verdicts) == {None}
     assert not watch.monitor.state[0].excluded
 
@@ -296,7 +296,7 @@ def test_the_position_of_a_receiver_whose_velocity_lies_is_kept_out_until_it_is_
 def test_a_worse_finding_replaces_one_that_is_used_on() -> None:
     watch = known()
     draw = noisy()
-    assert watch.go(5.0, draw) == ["gnss position is noisier than it claims: used on"]
+    assert watch.go(5.0, draw) == ["gnss position is noisier than it claims: still used"]
     assert watch.trusts(POSITION)
     assert watch.monitor.sigma_m("gnss", 0.02) > 0.05
 
