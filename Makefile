@@ -39,7 +39,7 @@ test: $(VENV)/.installed-test
 	@echo "the linters and $(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
 	@$(BIN)/mypy & types=$$!; \
 	$(if $(wildcard $(IMPORTED)),:,$(BIN)/python -m pytest -W ignore --collect-only -m "not sweep") >/dev/null 2>&1 & imported=$$!; \
-	$(STYLE) || { kill $$types $$imported; exit 1; }; \
+	$(STYLE) || { kill $$types $$imported 2>/dev/null; exit 1; }; \
 	wait $$imported && touch $(IMPORTED); \
 	$(BIN)/python -m pytest -n 3 --dist worksteal -m "not sweep"; tests=$$?; \
 	wait $$types || { echo "mypy found errors: make types"; exit 1; }; \
