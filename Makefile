@@ -24,6 +24,7 @@ CONSTRAINTS := .ci/constraints.txt
 BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
+IMPORTED := tests/__pycache__/.imported
 STYLE := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports
 
 .PHONY: run test lint style types house bench growth native docs results matrix scenarios wheel sbom hooks lock clean
@@ -32,13 +33,14 @@ run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
 
 # One process more than two cores, since many tests wait for another process; the types are checked beside them.
-# The tests are imported once before, beside the linters: that leaves bytecode, which three processes would each make.
+# In a new checkout the tests are imported once before, beside the linters: that leaves bytecode, which three processes
+# would each make. Later there are few files to compile, and the import would take as long as that of each process.
 test: $(VENV)/.installed-test
 	@echo "the linters and $(BIN)/mypy, beside $(BIN)/python -m pytest -n 3"
 	@$(BIN)/mypy & types=$$!; \
-	$(BIN)/python -m pytest -W ignore --collect-only -m "not sweep" >/dev/null 2>&1 & imported=$$!; \
-	$(STYLE) || { kill $$types $$imported; exit 1; }; \
-	wait $$imported; \
+	$(if $(wildcard $(IMPORTED)),:,$(BIN)/python -m pytest -W ignore --collect-only -m "not sweep") >/dev/null 2>&1 & imported=$$!; \
+	$(STYLE) || { kill $$types $$imported 2>/dev/null; exit 1; }; \
+	wait $$imported && touch $(IMPORTED); \
 	$(BIN)/python -m pytest -n 3 --dist worksteal -m "not sweep"; tests=$$?; \
 	wait $$types || { echo "mypy found errors: make types"; exit 1; }; \
 	exit $$tests

@@ -25,8 +25,7 @@ from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 _PAUSE_S = (4.0, 45.0)  # between two orders
 _HEARD_S = 3.0  # after an order, within which its reason is heard
 _AGAIN_S = 30.0  # in which the boat says the same refusal once
-_END_S = 240.0  # of Hold or RTL at the end
-_LAST_S = 20.0  # of it, in which the boat must lie at its point
+_LAST_S = 20.0  # in which the boat must lie at its point
 _OFF_M, _OFF_DEG = 0.5, 5.0
 _LENGTHS, _LENGTHS_BOW = 1.0, 2.0  # that a boat may move in Hold: with sideways thrust, and without
 _CLEAR_M = 5.0  # and two lengths: from home to a stone
@@ -50,8 +49,8 @@ class Order:
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Order for `time` seconds, then Hold or RTL. `orders`: names of those that are drawn from; all where it is
-    empty."""
+    """Order for `time` seconds, then Hold or RTL for `end`. `orders`: names of those that are drawn from; all where it
+    is empty."""
     names = settings["orders"].split(",") if settings["orders"] else list(CHOICES)
     if number(settings, "stones"):
         left_out = (*UNGUARDED, *(DRIFTING if gcs.rig.config.limits.sway_n <= 0.0 else ()))
@@ -72,7 +71,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
             given.append(_give(gcs, orders.arm))
     given.append(_give(gcs, orders.let_go))
     given.append(_give(gcs, partial(orders.mode, draws.choice(("hold", "rtl")))))
-    gcs.sail(_END_S)
+    gcs.sail(number(settings, "end"))
     config = gcs.rig.config
     lengths = _LENGTHS if config.limits.sway_n > 0.0 else _LENGTHS_BOW
     moves_m = gcs.parameter("DP_WATCH_R") if holds_by_drifting(config) else lengths * config.length_m
@@ -165,6 +164,7 @@ SCENARIO = Scenario(
         "plant": "",
         "model_error": "",
         "time": "600",
+        "end": "240",
     },
     needs=(motor,),
     sail=sail,

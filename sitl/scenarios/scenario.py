@@ -28,8 +28,8 @@ _OF_ALL: Settings = {"water": ""}
 # Settings without which nothing would be sailed, or nothing judged.
 _ABOVE_ZERO = frozenset(
     (
-        "back", "box", "distance", "duration", "each", "gap", "hold", "leg", "length", "line", "out", "outage", "run",
-        "side", "spacing", "time", "turns", "wait", "watch",
+        "back", "box", "distance", "duration", "each", "end", "gap", "hold", "leg", "length", "line", "out", "outage",
+        "run", "side", "spacing", "time", "turns", "wait", "watch",
     )
 )  # fmt: skip
 _NOT_BELOW_ZERO = frozenset(

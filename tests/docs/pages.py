@@ -63,14 +63,18 @@ def blocks(language: str) -> Iterator[Block]:
                 yield block
 
 
-def blocks_of(path: Path) -> Iterator[Block]:
+@cache
+def blocks_of(path: Path) -> tuple[Block, ...]:
     """The fenced blocks of one page."""
     text = path.read_text(encoding="utf-8")
-    for found in _FENCE.finditer(text):
-        language, _, rest = found["info"].strip().partition(" ")
-        title = re.search(r'title="([^"]*)"', rest)
-        line = text.count("\n", 0, found.start()) + 1
-        yield Block(path, line, language, title[1] if title else "", textwrap.dedent(found["text"]))
+    return tuple(_block(path, text, found) for found in _FENCE.finditer(text))
+
+
+def _block(path: Path, text: str, found: re.Match[str]) -> Block:
+    language, _, rest = found["info"].strip().partition(" ")
+    title = re.search(r'title="([^"]*)"', rest)
+    line = text.count("\n", 0, found.start()) + 1
+    return Block(path, line, language, title[1] if title else "", textwrap.dedent(found["text"]))
 
 
 def prose(path: Path) -> str:

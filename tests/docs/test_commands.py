@@ -16,7 +16,7 @@ import pytest
 from companion.cli.main import argument_parser
 from docs.generate.command_line import commands
 from gcs_plugins.usvctl.cli import argument_parser as usvctl_parser
-from tests.docs.pages import ROOT, Block, blocks, label, spans, written
+from tests.docs.pages import ROOT, Block, blocks, blocks_of, label, spans, written
 
 # Programs of others, whose words are not checked.
 _OTHERS = frozenset(
@@ -41,6 +41,7 @@ _OTHERS = frozenset(
 _BEGINS = frozenset({"sudo", "time", "nohup", "env"})
 _ASSIGNMENT = re.compile(r"[A-Z_]+=.*")
 _EXTRA = re.compile(r"\[([\w,-]+)\]")
+COMPANION, USVCTL = argument_parser(), usvctl_parser()
 
 
 def _lines(block: Block) -> list[str]:
@@ -98,7 +99,7 @@ def _python(words: list[str]) -> str | None:
     if words[1] == "pip":
         return _pip(words[2:])
     if words[1] in ("companion", "venv"):
-        return _parsed(argument_parser(), words[2:]) if words[1] == "companion" else None
+        return _parsed(COMPANION, words[2:]) if words[1] == "companion" else None
     return None if importlib.util.find_spec(words[1]) else f"no module {words[1]}"
 
 
@@ -106,9 +107,9 @@ def _fault(words: list[str]) -> str | None:
     """Why this command could not be typed; None where it could."""
     program = Path(words[0]).name
     if program == "companion":
-        return _parsed(argument_parser(), words[1:])
+        return _parsed(COMPANION, words[1:])
     if program == "usvctl":
-        return _parsed(usvctl_parser(), words[1:])
+        return _parsed(USVCTL, words[1:])
     if program == "make":
         return _make(words[1:])
     if program in ("pip", "pip3"):
@@ -127,7 +128,7 @@ def test_every_line_of_a_shell_block_could_be_typed(block: Block) -> None:
 @pytest.mark.parametrize("path", written(), ids=label)
 def test_no_shell_block_hides_under_another_name(path: Path) -> None:
     """`sh` alone is checked."""
-    others = [block.place for name in ("bash", "shell", "console", "") for block in blocks(name) if block.path == path]
+    others = [block.place for block in blocks_of(path) if block.language in ("bash", "shell", "console", "")]
     assert not others, f"blocks without a language, or with one that no test checks: {', '.join(others)}"
 
 
@@ -142,7 +143,7 @@ def _known(parser: argparse.ArgumentParser, name: str) -> dict[str, set[str]]:
     return found
 
 
-KNOWN = _known(argument_parser(), "companion") | _known(usvctl_parser(), "usvctl")
+KNOWN = _known(COMPANION, "companion") | _known(USVCTL, "usvctl")
 
 
 def _spoken_fault(span: str) -> str | None:

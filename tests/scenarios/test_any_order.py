@@ -8,6 +8,7 @@ import pytest
 
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.measure import read_events
 from sitl.scenarios.orders import CHOICES
 from sitl.scenarios.scenario import ScenarioError, run
 from tests.scenarios.seeds import seeds
@@ -21,9 +22,11 @@ def sail(folder: Path, vessel: str, seed: int, **changes: str) -> dict[str, floa
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("vessel", ["revolt", "blueboat"])
-def test_a_short_watch(tmp_path: Path, vessel: str) -> None:
-    assert sail(tmp_path, vessel, 1, time="150")["orders"] >= 5.0
+@pytest.mark.parametrize(("vessel", "end"), [("revolt", "150"), ("blueboat", "90")])
+def test_a_short_watch(tmp_path: Path, vessel: str, end: str) -> None:
+    """`end`: it comes home by RTL, and lies there for half a minute."""
+    assert sail(tmp_path, vessel, 1, time="150", end=end)["orders"] >= 5.0
+    assert any(event.name == "rtl_arrived" for event in read_events(tmp_path))
     table = (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()
     assert table[0] == "t_s,result,order,said" and len(table) >= 6
 
