@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.core.decision import TextKind
 from companion.core.estimate import Contact, NavState
@@ -69,7 +70,8 @@ class Surroundings:
         self._map = Occupancy()
         self._movers = Movers()
         self._radar = RadarTargets()
-        self.shoals = Shoals(config.length_m, parameters)
+        coasts = not (can_reverse(config.thrusters) or config.has_sail)
+        self.shoals = Shoals(config.length_m, parameters, coasts)
         self._heard_s: dict[Part, tuple[float, float]] = {}  # since when without a silence, and last
         self._spoke_s: dict[Part, float] = {}  # last, with ranges or without
         self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
