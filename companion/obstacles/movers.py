@@ -35,6 +35,7 @@ _TRACE_M, _TRACE_S, _PART = 1.0, 3.0, 0.6
 _SURE_SHARE = 0.9  # of the sensor's reach: beyond, a thing may go on unseen
 _REST_M = 6.0
 _LINE_M, _PIECES_M, _BESIDE_M, _BESIDE_SHARE = 2.0, 30.0, 0.6, 0.06  # of a quay that is seen in pieces
+_BENT = 0.1  # of its length, by which a face is no straight one
 _BEHIND = 0.6  # of its radius, the middle of a thing lies behind the middle of its hits
 _MOST = 64
 
@@ -54,11 +55,12 @@ class _Group:
 
 @dataclass(slots=True)
 class _Track:
-    """One group. `places`: (t_s, north_m, east_m)."""
+    """One group. `places`: (t_s, north_m, east_m). `last`: where it was seen last, whole or not."""
 
     number: int
     places: deque[tuple[float, float, float]]
     radius_m: float
+    last: tuple[float, float]
     north_mps: float = 0.0
     east_mps: float = 0.0
     moving: bool = False
@@ -67,8 +69,10 @@ class _Track:
 
     def at(self, t_s: float) -> tuple[float, float]:
         """Where it is expected."""
+        if not self.moving:
+            return self.last
         last_s, north_m, east_m = self.places[-1]
-        age_s = t_s - last_s if self.moving else 0.0
+        age_s = t_s - last_s
         return north_m + age_s * self.north_mps, east_m + age_s * self.east_mps
 
     def gate_m(self, t_s: float) -> float:
@@ -113,15 +117,20 @@ class Movers:
             if track.places[-1][0] < t_s:
                 traces |= _look_for(track, seen, place, t_s)
         for track, group in others:
-            _follow(track, group if traces.isdisjoint(group.numbers) else replace(group, whole=False), t_s)
+            if traces.isdisjoint(group.numbers):
+                _follow(track, group, t_s)
+            else:  # seen as one with what moves
+                track.t_s = t_s
         taken = {id(group) for _, group in pairs}
-        for group in groups:
-            new = id(group) not in taken and traces.isdisjoint(group.numbers)
-            if len(self._tracks) < _MOST and group.whole and new:
-                places = deque([(t_s, *group.place)])
-                self._tracks.append(_Track(self._next, places, group.radius_m, t_s=t_s))
-                self._next += 1
+        self._begin([one for one in groups if id(one) not in taken and traces.isdisjoint(one.numbers)], t_s)
         self.forget(t_s)
+
+    def _begin(self, groups: Sequence[_Group], t_s: float) -> None:
+        for group in groups:
+            if len(self._tracks) < _MOST and group.whole:
+                places = deque([(t_s, *group.place)])
+                self._tracks.append(_Track(self._next, places, group.radius_m, group.place, t_s=t_s))
+                self._next += 1
 
     def forget(self, now_s: float) -> None:
         """Forget groups not seen any more."""
@@ -171,6 +180,8 @@ def _look_for(track: _Track, seen: Floats, place: tuple[float, float], t_s: floa
     """Look for what moves where it is expected, as no group is it alone: what is new there is it, or a part of it.
     Where something hides that place it may go on unseen. `seen`: hits with their ages and numbers; `place`: of the
     sensor. Returns the numbers of the hits that are it."""
+    if t_s - track.places[-1][0] > _COASTS_S:
+        return frozenset()
     where = track.at(t_s)
     off = np.hypot(seen[:, 0] - where[0], seen[:, 1] - where[1])
     new_s = 0.5 * (track.passing_s + _TRACE_S - _STAYED_S)
@@ -181,7 +192,7 @@ def _look_for(track: _Track, seen: Floats, place: tuple[float, float], t_s: floa
         if _PART * track.radius_m <= trace.radius_m <= _GROWN * track.radius_m + _GROWN_M:
             _add(track, trace, t_s)
         return trace.numbers
-    if t_s - track.places[-1][0] <= _COASTS_S and _hides(seen, where, track.radius_m, place):
+    if _hides(seen, where, track.radius_m, place):
         track.t_s = t_s
     return frozenset()
 
@@ -246,11 +257,14 @@ def _face(hits: Floats) -> Floats:
 
 
 def _continues(hits: Floats, other: Floats) -> bool:
-    """Whether another part of the scan lies on the straight line through long neighbouring hits: a quay is seen in
-    pieces where it is seen along its face."""
+    """Whether another part of the scan lies on the line through long neighbouring hits that are straight: a quay is
+    seen in pieces where it is seen along its face. The face of a round thing is bent."""
     along = hits[-1, :2] - hits[0, :2]
     length_m = float(np.hypot(*along))
     if length_m < _LINE_M:
+        return False
+    bow = hits[:, :2] - hits[0, :2]
+    if float(np.abs(bow[:, 0] * along[1] - bow[:, 1] * along[0]).max()) > _BENT * length_m**2:
         return False
     off = other[:, :2] - hits[:, :2].mean(axis=0)
     beside = np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]) / length_m
@@ -273,7 +287,7 @@ def _follow(track: _Track, group: _Group, t_s: float) -> None:
     if track.moving and (not group.whole or _is_more(track, group)):
         _mind_standing(track, group, t_s)
         return
-    track.t_s = t_s
+    track.t_s, track.last = t_s, group.place
     if group.whole:
         track.radius_m += 0.2 * (group.radius_m - track.radius_m)
         _add(track, group, t_s)
@@ -281,6 +295,7 @@ def _follow(track: _Track, group: _Group, t_s: float) -> None:
 
 def _add(track: _Track, group: _Group, t_s: float) -> None:
     """A new place."""
+    track.last = group.place
     track.places.append((t_s, *group.place))
     while t_s - track.places[0][0] > _WINDOW_S and len(track.places) > 1:
         track.places.popleft()
@@ -313,7 +328,7 @@ def _is_more(track: _Track, group: _Group) -> bool:
 def _mind_standing(track: _Track, group: _Group, t_s: float) -> None:
     """What has not been seen to go on for a while has stopped, there where it is seen as one with something else."""
     if t_s - track.t_s > _FORGET_MOVING_S and group.whole:
-        track.moving, track.radius_m, track.t_s = False, group.radius_m, t_s
+        track.moving, track.radius_m, track.t_s, track.last = False, group.radius_m, t_s, group.place
         track.places = deque([(t_s, *group.place)])
 
 

@@ -113,3 +113,15 @@ def test_a_thing_lost_before_does_not_take_the_place_of_what_passes() -> None:
         movers.take(seen, np.zeros(len(seen)), (0.0, 0.0), 40.0, t_s)
     [one] = movers.contacts(3.8)
     assert (one.north_mps, one.east_mps) == pytest.approx((0.0, 0.7), abs=0.05)
+
+
+@pytest.mark.parametrize("duration_s", [11.0, 12.0, 13.0])
+def test_a_round_thing_is_no_quay_though_another_lies_in_line_with_it(duration_s: float) -> None:
+    """Nothing hid it, but as a piece of a quay it did not count as moving until an Otter had sailed into it."""
+    world = Obstacles()
+    world.round += [RoundObstacle(5.8, -8.3, 1.63), RoundObstacle(-2.4, -6.8, 1.33)]
+    world.round.append(RoundObstacle(9.7, -12.3, 1.85, 0.24, 0.7))
+    where = world.round[-1].at(duration_s - 0.2)
+    [one] = watched(world, duration_s, speed_mps=1.0)
+    assert math.dist((one.north_m, one.east_m), where) < 1.0
+    assert (one.north_mps, one.east_mps) == pytest.approx((0.24, 0.7), abs=0.2)
