@@ -227,7 +227,8 @@ class ObstacleGuard:
         water, nav = self.water.now, inputs.nav
         # In a Hold that somebody asked for it keeps off what lies alone: it would flee the dinghy that fetches it.
         movers = self._around.movers(inputs.now_s) if mode.goes_round or unasked else ()
-        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, drifts)
+        way_m = self._way_of_m(stopped, nav)
+        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, drifts, way_m)
         if aside is None:
             return stopped
         mode.excuse()
@@ -237,7 +238,7 @@ class ObstacleGuard:
         """Without a position, what the sensors see has no place."""
         if guarded and self._around.heard and not self._told_blind:
             self._told_blind = True
-            self._events.say(now_s, TextKind.ATTENTION, "obstacles_blind", "No position: obstacles are not minded")
+            self._events.say(now_s, TextKind.ATTENTION, "obstacles_blind", "No position: obstacles are not avoided")
 
     # --- looking and planning --------------------------------------------------------------------------------------
 
@@ -465,6 +466,13 @@ class ObstacleGuard:
     def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
         """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
         return self._braking.speed_mps(self._free_way_m(nav, along), stream_along_mps(nav, *along))
+
+    def _way_of_m(self, setpoint: Setpoint, nav: NavState) -> float:
+        """Way after which a path's setpoint will have to end; infinite for others."""
+        if not isinstance(setpoint, PathSetpoint) or setpoint.surge_mps == 0.0:
+            return math.inf
+        sign = math.copysign(1.0, setpoint.surge_mps)
+        return self._free_way_m(nav, (sign * math.cos(setpoint.yaw_rad), sign * math.sin(setpoint.yaw_rad)))
 
     def _free_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
         """Way straight ahead until obstacles, a shoal or the chart."""

@@ -87,9 +87,10 @@ class KeepingOff:
         cruise_mps: float,
         now_s: float,
         drifts: bool = False,
+        way_m: float = math.inf,
     ) -> PathSetpoint | None:
-        """`setpoint`: what the boat does otherwise, already limited so that it stops in time. `drifts`: it moves about
-        a point that it cannot keep."""
+        """`setpoint`: what the boat does otherwise, already limited so that it stops in time, after `way_m` at most.
+        `drifts`: it moves about a point that it cannot keep."""
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.surge_mps, nav.sway_mps if self._can_sway else 0.0) < _SLOW_MPS
         slow = slow or abs(asked.surge_mps) < _STOPPED_MPS
@@ -99,12 +100,14 @@ class KeepingOff:
         slow = slow or before is not None  # what it does to get out of the way is no way that it makes
         if not slow or not (len(around.movers) or len(around.lying)):
             return None
-        otherwise = Choices(np.array([asked.yaw_rad]), np.array([asked.surge_mps]), np.array([math.inf]))
-        north, east = self._ways.places(otherwise, nav)
+        # It may go on as asked, or stop before what lies: what comes may pass behind the one and meet the other.
+        ways_m = np.array([math.inf, way_m] if movers and math.isfinite(way_m) else [math.inf])
+        asked_rad, asked_mps = np.full(len(ways_m), asked.yaw_rad), np.full(len(ways_m), asked.surge_mps)
+        north, east = self._ways.places(Choices(asked_rad, asked_mps, ways_m), nav)
         soon_s = max(self._soon_s, self._ways.turning_s(asked.yaw_rad, nav) + _TURNED_S)
         room_m = min(
             float(self._rooms_of_movers_m(movers, north, east).min()),
-            float(self._room_of_lying_m(around.lying, north, east, before is not None, soon_s)[0]),
+            float(self._room_of_lying_m(around.lying, north[:1], east[:1], before is not None, soon_s)[0]),
         )
         if room_m >= (0.0 if before is None else _LASTS_M):
             return None
@@ -158,11 +161,12 @@ class KeepingOff:
         before: tuple[float, float] | None,
     ) -> tuple[float, float] | None:
         """Heading and speed of the slowest choice that keeps clear, else of the best; None where none is better than to
-        do nothing. `otherwise`: where the boat is then. `before`: what was chosen last."""
-        least_m = float(self._water_m(around, *otherwise)[0])
+        do nothing. `otherwise`: where the boat is then, going on and stopping. `before`: what was chosen last."""
+        least_m = float(self._water_m(around, *otherwise).min())
         comes = bool(self._rooms_of_movers_m(around.movers, *otherwise).min() < 0.0)
         turns = comes or self._ways.coasts or around.drifts
-        choices, north, east = self._choices(around.lying, otherwise, nav, cruise_mps, turns)
+        goes_on = otherwise[0][:1], otherwise[1][:1]
+        choices, north, east = self._choices(around.lying, goes_on, nav, cruise_mps, turns)
         water_m = self._water_m(around, north, east)
         turn = np.abs(choices.turns_rad(nav.yaw_rad))
         value = water_m - _COST_OF_SPEED_S * np.abs(choices.surge_mps) - _COST_OF_TURN_M * turn

@@ -42,7 +42,17 @@ class Occupancy:
     @property
     def confirmed(self) -> Floats:
         """Those that a second scan has seen too: what one alone sees may be spray, a gull or noise."""
-        return self._cells[self._cells[:, _SEEN] > self._cells[:, _SINCE], :3]
+        return self._cells[self._confirmed, :3]
+
+    def confirmed_ages_s(self, now_s: float) -> Floats:
+        """For how long there has been something at the place of each of `confirmed`."""
+        ages: Floats = now_s - self._cells[self._confirmed, _SINCE]
+        return ages
+
+    @property
+    def _confirmed(self) -> NDArray[np.bool_]:
+        seen_again: NDArray[np.bool_] = self._cells[:, _SEEN] > self._cells[:, _SINCE]
+        return seen_again
 
     def hits(self, scan: Ranges, place: tuple[float, float], yaw_rad: float) -> Floats:
         """The circles of one scan, in the order of its sectors, shape (n, 3). `place`: of the sensor (north_m,

@@ -16,6 +16,7 @@ import numpy as np
 
 from companion.core.estimate import NavState
 from companion.core.readings import Depth, DepthAhead
+from companion.obstacles.clear_way import stop_m
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
@@ -63,8 +64,10 @@ class Shoals:
     most 200 shoals.
     """
 
-    def __init__(self, length_m: float, parameters: Parameters) -> None:
+    def __init__(self, length_m: float, parameters: Parameters, coasts: bool = False) -> None:
+        """`coasts`: the boat has no thrust astern, and has to turn away in time."""
         self._length_m = length_m
+        self._coasts = coasts
         self._ahead_m = 0.5 * length_m  # of the transducer, to the bow
         self._parameters = parameters
         self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
@@ -98,7 +101,7 @@ class Shoals:
         self._mind_course(nav)
         self._left_m = self._way_left_m(depth.below_transducer_m - least_m)
         self.way_m = max(0.0, self._left_m - self._ahead_m)
-        if depth.below_transducer_m >= least_m and self.way_m > _MET_M:
+        if depth.below_transducer_m >= least_m and self.way_m > self._met_m:
             self._shallow_s = self.shallow_m = None
             return
         if self._shallow_s is None:
@@ -107,6 +110,12 @@ class Shoals:
         if again and now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
             self.shallow_m = self.found = self._under_bow_m(depth.below_transducer_m, least_m)
             self._meet(nav, now_s)
+
+    @property
+    def _met_m(self) -> float:
+        """Way left at which a shoal is met. One that has to turn away needs its length for that, and has the distance
+        at which it stops left then."""
+        return stop_m(self._parameters) + self._length_m if self._coasts else _MET_M
 
     def take_ahead(self, reading: DepthAhead, nav: NavState, now_s: float) -> None:
         """The depth at a place ahead: too little of it is a shoal there, once a second reading says so too."""
@@ -142,9 +151,12 @@ class Shoals:
         return max(0.0, self._left_m / share - self._ahead_m) if share > 0.0 else math.inf
 
     def _under_bow_m(self, depth_m: float, least_m: float) -> float:
-        """Depth below the bow by the slope; below the transducer where that is too little already."""
+        """Depth below the bow by the slope; below the transducer where that is too little already; the least that is
+        enough, where a shoal is met before."""
         if depth_m < least_m or math.isinf(self._left_m):
             return depth_m
+        if self.way_m > _MET_M:
+            return least_m
         return depth_m - (depth_m - least_m) * self._ahead_m / self._left_m
 
     def _mind_course(self, nav: NavState) -> None:
@@ -164,7 +176,7 @@ class Shoals:
         return water_m / -slope if slope < (-1e-3 if water_m > 0.0 else -_RISES) else math.inf
 
     def _meet(self, nav: NavState, now_s: float) -> None:
-        """A shoal before the bow: the boat lies at the edge of its circle."""
+        """A shoal before the bow: the boat lies at the edge of its circle, or what way is left from it."""
         speed = math.hypot(nav.north_mps, nav.east_mps)
         course = math.atan2(nav.east_mps, nav.north_mps) if speed > 0.2 else nav.yaw_rad
         again = [
@@ -174,7 +186,8 @@ class Shoals:
         ]
         grown = [(1.0 if now_s - one.t_s < _TURNS_S else _GROWTH) * one.radius_m for one in again]
         radius_m = min(_MOST_RADIUS_M, max([_GROWTH * self._length_m, *grown]))
-        self._add(nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s)
+        off_m = radius_m + (self.way_m if _MET_M < self.way_m < math.inf else 0.0)
+        self._add(nav.north_m + off_m * math.cos(course), nav.east_m + off_m * math.sin(course), radius_m, now_s)
 
     def _add(self, north_m: float, east_m: float, radius_m: float, now_s: float) -> None:
         for i, one in enumerate(self._shoals):

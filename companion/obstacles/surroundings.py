@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.core.decision import TextKind
 from companion.core.estimate import Contact, NavState
@@ -28,7 +29,7 @@ _STANDS_S = 2.5  # a beam that looked one way for so long is not swept: it is mi
 _REACH_M = 300.0  # what is further off is forgotten
 _TIDY_S = 1.0
 _OWN_M = 0.3  # beyond the hull, within which a sensor sees the boat itself
-_MOVER_M = 1.0  # around a mover, circles are its own
+_MOVER_M, _OLD_S = 1.0, 10.0  # around a mover, circles are its own, unless something has been there for longer
 _MOST_PENDING = 50
 _MOST_VIEWS = 100
 
@@ -69,8 +70,10 @@ class Surroundings:
         self._map = Occupancy()
         self._movers = Movers()
         self._radar = RadarTargets()
-        self.shoals = Shoals(config.length_m, parameters)
+        coasts = not (can_reverse(config.thrusters) or config.has_sail)
+        self.shoals = Shoals(config.length_m, parameters, coasts)
         self._heard_s: dict[Part, tuple[float, float]] = {}  # since when without a silence, and last
+        self._spoke_s: dict[Part, float] = {}  # last, with ranges or without
         self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
         self._silent: frozenset[Part] = frozenset()
         self._tidied_s = -math.inf
@@ -97,8 +100,10 @@ class Surroundings:
         if isinstance(reading, Ranges):
             beam = round(math.degrees(reading.first_rad)) % 360 if len(reading.distances_m) == 1 else None
             part = reading.source, beam
-            since_s, last_s = self._heard_s.get(part, (now_s, now_s))
-            self._heard_s[part] = since_s if now_s - last_s <= _SILENT_S else now_s, now_s
+            self._spoke_s[part] = now_s
+            since_s, last_s = self._heard_s.setdefault(part, (now_s, now_s))
+            if not _is_blind(reading):
+                self._heard_s[part] = since_s if now_s - last_s <= _SILENT_S else now_s, now_s
             self._note_view(reading, part)
         if len(self._pending) < _MOST_PENDING:
             self._pending.append(reading)
@@ -138,10 +143,12 @@ class Surroundings:
     def lying(self, now_s: float) -> Floats:
         """What lies: north_m, east_m, radius_m, shape (n, 3). Without the circles of what moves, and without what a
         single scan has seen: for that the boat stops, but it lays no other way and leaves none."""
-        seen = self._map.confirmed
+        seen, ages_s = self._map.confirmed, self._map.confirmed_ages_s(now_s)
         for one in self._movers.contacts(now_s):
             off = np.hypot(seen[:, 0] - one.north_m, seen[:, 1] - one.east_m)
-            seen = seen[off > one.radius_m + _MOVER_M]
+            passing_s = 2.0 * one.radius_m / max(math.hypot(one.north_mps, one.east_mps), 1e-3)
+            kept = (off > one.radius_m + _MOVER_M) | (ages_s > max(_OLD_S, passing_s))
+            seen, ages_s = seen[kept], ages_s[kept]
         others = [*self._radar.circles(), *self.shoals.circles]
         return np.concatenate((seen, np.asarray(others).reshape(-1, 3))) if others else seen
 
@@ -218,8 +225,10 @@ class Surroundings:
             for part, (since_s, last_s) in self._heard_s.items()
             if now_s - last_s > _SILENT_S and (part[0] not in speaking or last_s - since_s > _STANDS_S)
         )
+        blind = {name for (name, _), spoke_s in self._spoke_s.items() if now_s - spoke_s <= _SILENT_S} - speaking
         for name in self._names(self._silent - before):
-            self._events.say(now_s, TextKind.ATTENTION, "ranges_silent", f"No ranges from {name}"[:50])
+            text = f"{name} is blind: all its ranges are unknown" if name in blind else f"No ranges from {name}"
+            self._events.say(now_s, TextKind.ATTENTION, "ranges_silent", text[:50])
         for name in sorted({name for name, _ in before} - {name for name, _ in self._silent}):
             self._events.say(now_s, TextKind.ROUTINE, "ranges_back", f"Ranges from {name} are back"[:50])
 
@@ -236,3 +245,9 @@ class Surroundings:
             self._movers, self._radar = Movers(), RadarTargets()
             self.shoals.clear()
         self._plane, self._jumps = plane, nav.jumps_followed
+
+
+def _is_blind(reading: Ranges) -> bool:
+    """Whether a scan knows nothing of any direction: not even that nothing is in reach there, which it would tell. A
+    single beam that gets no echo cannot tell these apart."""
+    return len(reading.distances_m) > 1 and all(map(math.isnan, reading.distances_m))

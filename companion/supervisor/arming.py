@@ -150,10 +150,11 @@ def _fence(s: Situation) -> Iterator[ArmingFinding]:
 
 
 def _ranges(s: Situation) -> Iterator[ArmingFinding]:
-    """Ranges that came over a link: a sensor of the boat's own file is a device."""
+    """Ranges that came over a link, and those of a device that speaks and knows none: one that is silent is refused as
+    a device."""
     if s.parameters["CP_DIST"] >= 0.0:
         for name in s.silent_ranges:
-            if name not in s.sensors:
+            if name not in s.sensors or s.sensors[name].ok:
                 yield ArmingFinding(ArmingCheck.DEVICE, f"no ranges from {name}", name)
 
 

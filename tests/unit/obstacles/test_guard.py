@@ -136,7 +136,7 @@ def test_without_a_position_heading_says_once_that_obstacles_are_not_minded() ->
     blind = {"position_valid": False, **motion(1.0, 0.0)}
     for _ in range(3):
         assert bridge.steer(full, Sailing(), **blind) == full
-    assert bridge.texts() == ["No position: obstacles are not minded"]
+    assert bridge.texts() == ["No position: obstacles are not avoided"]
     bridge.seen.heard = False
     bridge.steer(full, Sailing(), **motion(1.0, 0.0))
     bridge.steer(full, Sailing(), **blind)

@@ -97,6 +97,20 @@ def test_it_goes_on_until_what_comes_is_past() -> None:
     assert keeping.update(route, [comes], water, fast, 1.0, 1.0) is not None
 
 
+def test_what_passes_behind_a_boat_that_goes_on_meets_one_that_has_to_stop() -> None:
+    """Slowed down before a stone, it was expected to go on through it, out of the way of what came."""
+    parameters = Parameters(OTTER.parameters)
+    water: Any = SimpleNamespace(circles=np.zeros((0, 3)), chart=None)
+    slow, route = replace(AT_REST, surge_mps=0.2, north_mps=0.2), PathSetpoint(0.0, surge_mps=0.2)
+    comes = Contact(-1, "mover 1", -3.4, -8.0, 0.0, 0.8, RADIUS_M, None)
+
+    def goes(way_m: float) -> PathSetpoint | None:
+        keeping = KeepingOff(OTTER, parameters, no_fence(OTTER, parameters), Braking(OTTER, parameters), EventLog())
+        return keeping.update(route, [comes], water, slow, 1.0, 0.0, way_m=way_m)
+
+    assert goes(math.inf) is None and goes(0.5) is not None
+
+
 def test_a_boat_without_thrust_astern_turns_away_from_what_it_cannot_stop_for() -> None:
     """A stone a little to port, nearer than it coasts."""
     parameters = Parameters(JET.parameters)

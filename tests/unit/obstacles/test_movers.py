@@ -80,3 +80,48 @@ def test_a_quay_does_not_move_when_the_boat_comes_round_its_corner(
     world = Obstacles()
     world.walls += [Wall(corner_m, (north_m, east_m + 30.0)), Wall(corner_m, (north_m + 80.0, east_m))]
     assert watched(world, duration_s, speed_mps=speed_mps) == []
+
+
+@pytest.mark.parametrize("duration_s", [10.0, 12.0, 14.0, 16.0, 18.0])
+def test_what_goes_behind_a_thing_that_lies_comes_out_as_it_went_in(duration_s: float) -> None:
+    """Hidden for 10 s, it was forgotten, and had no velocity when it came out again."""
+    world = Obstacles()
+    world.round += [RoundObstacle(8.0, 0.0, 2.5), RoundObstacle(14.0, -11.0, 1.0, 0.0, 0.9)]
+    where = world.round[1].at(duration_s)
+    [one] = [one for one in watched(world, duration_s) if math.dist((one.north_m, one.east_m), where) < 2.0]
+    assert (one.north_mps, one.east_mps) == pytest.approx((0.0, 0.9), abs=0.2)
+
+
+def test_what_is_seen_as_one_with_a_thing_that_lies_keeps_its_place_and_velocity() -> None:
+    """After 4 s it counted as lying, a mover again when it was alone 3 s later, and as one with the thing for a while."""
+    world = Obstacles()
+    world.round += [RoundObstacle(6.0, 4.0, 2.3), RoundObstacle(1.5, 15.5, 1.3, 0.15, -0.77)]
+    for duration_s in (9.0, 12.0, 14.0, 15.0, 16.0):
+        where = world.round[1].at(duration_s)
+        found = [one for one in watched(world, duration_s) if math.dist((one.north_m, one.east_m), where) < 1.0]
+        assert any(math.hypot(one.north_mps - 0.15, one.east_mps + 0.77) < 0.25 for one in found), duration_s
+
+
+def test_a_thing_lost_before_does_not_take_the_place_of_what_passes() -> None:
+    """A false hit or a stone that is not seen any more took the looks at what came on near it, whose velocity was wrong
+    then, or none."""
+    movers = Movers()
+    for k in range(20):
+        t_s = 0.2 * k
+        gull = [(8.0, -7.5, 0.3)]  # seen once
+        seen = np.array([(8.0, -4.0 + 0.7 * t_s, 0.3)] if k else gull)
+        movers.take(seen, np.zeros(len(seen)), (0.0, 0.0), 40.0, t_s)
+    [one] = movers.contacts(3.8)
+    assert (one.north_mps, one.east_mps) == pytest.approx((0.0, 0.7), abs=0.05)
+
+
+@pytest.mark.parametrize("duration_s", [11.0, 12.0, 13.0])
+def test_a_round_thing_is_no_quay_though_another_lies_in_line_with_it(duration_s: float) -> None:
+    """Nothing hid it, but as a piece of a quay it did not count as moving until an Otter had sailed into it."""
+    world = Obstacles()
+    world.round += [RoundObstacle(5.8, -8.3, 1.63), RoundObstacle(-2.4, -6.8, 1.33)]
+    world.round.append(RoundObstacle(9.7, -12.3, 1.85, 0.24, 0.7))
+    where = world.round[-1].at(duration_s - 0.2)
+    [one] = watched(world, duration_s, speed_mps=1.0)
+    assert math.dist((one.north_m, one.east_m), where) < 1.0
+    assert (one.north_mps, one.east_mps) == pytest.approx((0.24, 0.7), abs=0.2)

@@ -46,6 +46,20 @@ def test_a_long_boat_turns_back_when_its_bow_comes_to_the_shoal() -> None:
     assert long.shallow_m == pytest.approx(1.5, abs=0.15), "below the bow"
 
 
+def test_a_boat_that_cannot_stop_meets_a_shoal_while_it_can_turn_away() -> None:
+    """It was told at the edge, and drove itself on over the bank while it turned. 1.5 m are left 21.5 m to the north,
+    for the transducer half a length later."""
+    depths = [6.0 - 0.1 * k for k in range(40)]
+    reverses, parameters = shoals(), Parameters()
+    parameters.set("CP_DEPTH_MIN", 1.5)
+    coasts = Shoals(LENGTH_M, parameters, coasts=True)
+    sail(reverses, depths)
+    sail(coasts, depths)
+    [(north_m, _, radius_m)] = coasts.circles
+    assert not reverses.circles and north_m - radius_m == pytest.approx(21.5, abs=0.3)
+    assert coasts.shallow_m == 1.5, "the least that is enough"
+
+
 def test_way_is_left_where_the_bottom_does_not_rise() -> None:
     watch = shoals()
     sail(watch, [3.9 - 0.1 * k for k in range(20)])

@@ -110,3 +110,37 @@ def test_a_false_echo_stops_the_boat_and_lays_no_other_way() -> None:
     for _ in range(3):
         bench.see({})
     assert not len(bench.around.all_circles(bench.t_s))
+
+
+def scans_of(distance_m: float, sectors: int = 72) -> tuple[list[str], Surroundings]:
+    """What is said of a lidar whose sectors all tell the same for 5 s, then 8 m for 1 s."""
+    bench, said = Bench(), []
+    for told_m in [distance_m] * 50 + [8.0] * 10:
+        bench.t_s += TICK_S
+        seen = (told_m,) * sectors
+        bench.around.take(Ranges(bench.t_s, "lidar", 0.0, 0.1, 0.2, 20.0, False, 0.0, 0.0, seen), bench.t_s)
+        bench.around.update(AT_REST, None, bench.t_s)
+        said += [event.text for event in bench.events.drain()]
+    return said, bench.around
+
+
+def test_a_lidar_that_knows_nothing_of_any_direction_is_blind() -> None:
+    """It speaks, so it counted as heard: the boat went on as if the water were open."""
+    said, around = scans_of(math.nan)
+    assert said == ["lidar is blind: all its ranges are unknown", "Ranges from lidar are back"]
+    assert around.silent == ()
+    bench = Bench()
+    for _ in range(30):
+        bench.t_s += TICK_S
+        bench.around.take(Ranges(bench.t_s, "lidar", 0.0, 0.1, 0.2, 20.0, False, 0.0, 0.0, (math.nan,) * 72), bench.t_s)
+        bench.around.update(AT_REST, None, bench.t_s)
+    assert bench.around.silent == ("lidar",) and bench.around.reach_m == 0.0
+
+
+def test_a_lidar_that_sees_open_water_is_not_blind() -> None:
+    assert scans_of(math.inf)[0] == []
+
+
+def test_a_single_beam_without_an_echo_is_not_blind() -> None:
+    """It cannot tell open water from that."""
+    assert scans_of(math.nan, sectors=1)[0] == []

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from companion.core.decision import ModeId, Result
+from companion.core.readings import Ranges
 from tests.unit.conftest import Boat
 
 
@@ -166,6 +167,15 @@ def test_a_failed_thruster_is_a_reason_against_arming(boat: Boat) -> None:
     boat.supervisor.thruster_failed(2, False)
     boat.step()
     assert boat.status.arming_refusals == ()
+
+
+def test_a_sensor_that_speaks_and_knows_no_range_is_a_reason_against_arming(boat: Boat) -> None:
+    """Its driver hears it, so it counted as well."""
+    for _ in range(30):
+        blind = Ranges(boat.now_s, "imu", 0.0, 0.1, 0.2, 20.0, False, 0.0, 0.0, (math.nan,) * 72)
+        boat.supervisor.obstacle_heard(blind, boat.now_s)
+        boat.step()
+    assert boat.status.arming_refusals == ("no ranges from imu",)
 
 
 def test_each_arming_and_disarming_is_said(boat: Boat) -> None:
