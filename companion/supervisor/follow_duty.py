@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from companion.config.vessel import VesselConfig
 from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Result, TextKind
 from companion.core.estimate import NavState, RelativeBy
 from companion.core.events import EventLog
@@ -40,6 +41,7 @@ class FollowDuty:
 
     def __init__(
         self,
+        config: VesselConfig,
         parameters: Parameters,
         helm: Helm,
         sticks: Sticks,
@@ -57,7 +59,7 @@ class FollowDuty:
         self._refusal = refusal_now
         helm.waits = self._waits
         self._watch = LeaderWatch(parameters, self._leads)
-        self._position = FollowPosition(parameters, events)
+        self._position = FollowPosition(config, parameters, events)
         self._newest_s: dict[int, float] = {}  # last message of every system that sends a leader's position
         self._module: LeaderState | None = None  # its last message that came in order
         self._followed: int | None = None

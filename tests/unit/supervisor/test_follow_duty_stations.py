@@ -58,7 +58,7 @@ def test_a_distance_that_the_margin_makes_longer_is_said(boat: Any, lead: LeadBo
     assert boat.supervisor.following.set_follow_position(None, 15.0, boat.now_s).accepted
     lead.run(0.1)
     assert boat.texts()[-1] == "Follow position: 15 m astern, but 17 m is kept"
-    boat.parameters.set("FOLL_MARGIN", 2.0)
+    boat.parameters.set("FOLL_MARGIN", 0.5)
     lead.run(0.1)
     assert boat.texts()[-1] == "Follow position: 15 m astern"
 
