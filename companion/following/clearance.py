@@ -35,8 +35,11 @@ _TURN_SHARE = 0.75  # of PATH_YAW_RATE, that the boat is predicted to reach
 TURNING_RAD = math.radians(19.0)
 """Off its course by more, a boat that steers by its thrust pushes itself along to turn; within it, it may coast. Less
 than the least change of course that is predicted."""
-_OFFSETS = (0.0, *(side * math.radians(off) for off in (20, 40, 60, 80, 100, 120, 140, 160, 175) for side in (1, -1)))
-"""Right round is 175 degrees to one side: by 180 the boat would turn to either side in turns."""
+_ASIDE = tuple(side * math.radians(off) for off in range(20, 180, 20) for side in (1, -1))
+_OFFSETS = (0.0, *_ASIDE, math.pi)
+# The same of a boat that coasts and turns by its thrust. It turns right round to one side: by 180 degrees it would turn
+# to either side in turns.
+_COASTING_OFFSETS = (0.0, *_ASIDE, math.radians(175.0), -math.radians(175.0))
 _GO_COST = 0.25  # of a course with way on
 _BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
 # of a reversal of the course chosen before; the second of a boat that can reverse its thrust as well
@@ -93,6 +96,7 @@ class Clearance:
         self._hull = config.hull
         self._parameters = parameters
         self._can_reverse = can_reverse
+        self._offsets = _OFFSETS if can_reverse else _COASTING_OFFSETS
         self._turning_mps = turning_mps(config, parameters)
         back_mps = STERN_FIRST_SHARE * top_speed_mps(config.hull, astern_n(config)) if can_reverse else 0.0
         self._back_mps = max(parameters["DP_SPEED_ASTERN"], back_mps) if can_reverse else 0.0
@@ -142,7 +146,7 @@ class Clearance:
             0, _FAR_AHEAD_M, 0.0, speed_mps, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, None, acceleration_mps2=_STOPS_MPS2
         )
         way = _leader_way(leader)
-        ways = [offset for offset in _OFFSETS if offset >= 0.0 and self._can(0.0, offset)]
+        ways = [offset for offset in self._offsets if offset >= 0.0 and self._can(0.0, offset)]
         return _FAR_AHEAD_M - max(self._distances(offset, 0.0, nav, way)[0] for offset in ways)
 
     def reset(self) -> None:
@@ -182,7 +186,7 @@ class Clearance:
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
         left_rad = self._left_rad(nav.yaw_rad)
         best, turn_rad, found = math.inf, 0.0, Evasion(nav.yaw_rad, 0.0)
-        for offset in _OFFSETS:
+        for offset in self._offsets:
             course = wrap_pi(nav.yaw_rad + offset)
             for speed in speeds:
                 if not self._can(speed, offset):
@@ -191,8 +195,8 @@ class Clearance:
                 cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
                 way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
                 if self._course is not None:
-                    other = wrap_pi(way_rad - self._course) if speed < 0.0 else offset - left_rad
-                    cost += side_cost * abs(other) / math.pi
+                    other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
+                    cost += side_cost * abs(other_rad) / math.pi
                 if cost >= best:
                     continue
                 least, later = self._distances(course, speed, nav, way)
