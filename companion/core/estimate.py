@@ -223,7 +223,8 @@ class Leader:
     `age_s`: age of its last position; `interval_s`: recent interval between positions. `counter`: 0…40, up with each
     lost message, down with each received one. `acceleration_mps2`: along its course. `astern`: it goes stern first;
     known only for a leader that reports its heading. `relative_m`: one sigma on each axis of its place relative to this
-    boat, which rests on `relative_by`; infinite while that is not known.
+    boat, which rests on `relative_by`; infinite while that is not known. `heading_lies`: the heading that it reports
+    cannot be true beside its course.
     """
 
     system_id: int
@@ -242,6 +243,7 @@ class Leader:
     astern: bool = False
     relative_m: float = math.inf
     relative_by: RelativeBy = RelativeBy.POSITIONS
+    heading_lies: bool = False
 
     @property
     def speed_mps(self) -> float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from companion.allocation.astern import STERN_FIRST_SHARE, astern_n
@@ -20,20 +20,26 @@ from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.reversing import turns_in_place, turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.estimate import Leader, NavState
+from companion.core.estimate import NO_ESTIMATE, Leader, NavState
 from companion.guidance.agility import agility_of
 from companion.params.store import Parameters
 
 _STEP_S, _STEPS = 0.5, 26
 _TURN_SEEN_S, _PUSH_SEEN_S = 2.0, 1.5  # for how long the leader is predicted to go on turning and accelerating
 _BRAKING_MPS2 = -0.35  # at or below it the leader is taken to be stopping
+_STOPS_MPS2 = -1.0  # of a leader that stops, as far as a follow position allows for it
+_FAR_AHEAD_M = 60.0
 _TURN_LAG_S = 1.0
 _TURN_GAIN_1PS = 1.2
 _TURN_SHARE = 0.75  # of PATH_YAW_RATE, that the boat is predicted to reach
 TURNING_RAD = math.radians(19.0)
 """Off its course by more, a boat that steers by its thrust pushes itself along to turn; within it, it may coast. Less
 than the least change of course that is predicted."""
-_OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
+_ASIDE = tuple(side * math.radians(off) for off in range(20, 180, 20) for side in (1, -1))
+_OFFSETS = (0.0, *_ASIDE, math.pi)
+# The same of a boat that coasts and turns by its thrust. It turns right round to one side: by 180 degrees it would turn
+# to either side in turns.
+_COASTING_OFFSETS = (0.0, *_ASIDE, math.radians(175.0), -math.radians(175.0))
 _GO_COST = 0.25  # of a course with way on
 _BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
 # of a reversal of the course chosen before; the second of a boat that can reverse its thrust as well
@@ -54,7 +60,6 @@ _LONE_MPS = 1.0  # of a lone thruster that steers by its direction
 _SLOWEST_SHARE = 0.5  # of the top speed in Follow
 _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
-_SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
 
 
@@ -91,6 +96,7 @@ class Clearance:
         self._hull = config.hull
         self._parameters = parameters
         self._can_reverse = can_reverse
+        self._offsets = _OFFSETS if can_reverse else _COASTING_OFFSETS
         self._turning_mps = turning_mps(config, parameters)
         back_mps = STERN_FIRST_SHARE * top_speed_mps(config.hull, astern_n(config)) if can_reverse else 0.0
         self._back_mps = max(parameters["DP_SPEED_ASTERN"], back_mps) if can_reverse else 0.0
@@ -99,7 +105,7 @@ class Clearance:
         self._aside_mps = 0.0 if agility is None else agility.sway_mps(_ASIDE_SHARE)
         self._thrust_mps2 = _THRUST_SHARE * config.limits.surge_n / config.hull.m11_kg
         self._course: float | None = None
-        self._way_rad = 0.0
+        self._way_rad = self._turn_rad = 0.0
         self._too_near = False
 
     @property
@@ -127,6 +133,22 @@ class Clearance:
         """The distance that is kept: FOLL_MIN_DIST and FOLL_MARGIN."""
         return self._parameters["FOLL_MIN_DIST"] + self._parameters["FOLL_MARGIN"]
 
+    @property
+    def near_m(self) -> float:
+        """The distance at which the boat moves away again: FOLL_MIN_DIST and a part of FOLL_MARGIN."""
+        return self._parameters["FOLL_MIN_DIST"] + _NEAR_SHARE * self._parameters["FOLL_MARGIN"]
+
+    def nearer_m(self, speed_mps: float) -> float:
+        """By how much a boat in the track of a leader comes nearer to it where both make `speed_mps` and the leader
+        stops: it loses its way or turns aside, whichever takes less."""
+        nav = replace(NO_ESTIMATE, surge_mps=speed_mps, north_mps=speed_mps)
+        leader = Leader(
+            0, _FAR_AHEAD_M, 0.0, speed_mps, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, None, acceleration_mps2=_STOPS_MPS2
+        )
+        way = _leader_way(leader)
+        ways = [offset for offset in self._offsets if offset >= 0.0 and self._can(0.0, offset)]
+        return _FAR_AHEAD_M - max(self._distances(offset, 0.0, nav, way)[0] for offset in ways)
+
     def reset(self) -> None:
         """Forget the last evasion."""
         self._course = None
@@ -137,13 +159,11 @@ class Clearance:
     ) -> Evasion | None:
         """`course_rad`, `speed_mps`: wanted over ground. `plan`: how these go on; None: unchanged. `stop_m`: distance
         at which the boat is to stop behind a leader that comes to rest."""
-        p = self._parameters
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
             radius_m = max(radius_m, _STOP_SHARE * stop_m)
         distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
-        near_m = p["FOLL_MIN_DIST"] + _NEAR_SHARE * p["FOLL_MARGIN"]
-        self._too_near = distance < (self.radius_m if self._too_near else near_m)
+        self._too_near = distance < (self.radius_m if self._too_near else self.near_m)
         if distance > radius_m + _STEPS * _STEP_S * (abs(leader.speed_mps) + max(abs(speed_mps), abs(nav.surge_mps))):
             self._course = None
             return None
@@ -164,8 +184,9 @@ class Clearance:
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
         side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
-        best, found = math.inf, Evasion(nav.yaw_rad, 0.0)
-        for offset in _OFFSETS:
+        left_rad = self._left_rad(nav.yaw_rad)
+        best, turn_rad, found = math.inf, 0.0, Evasion(nav.yaw_rad, 0.0)
+        for offset in self._offsets:
             course = wrap_pi(nav.yaw_rad + offset)
             for speed in speeds:
                 if not self._can(speed, offset):
@@ -174,15 +195,26 @@ class Clearance:
                 cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
                 way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
                 if self._course is not None:
-                    cost += side_cost * abs(wrap_pi(way_rad - self._course)) / math.pi
+                    other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
+                    cost += side_cost * abs(other_rad) / math.pi
                 if cost >= best:
                     continue
                 least, later = self._distances(course, speed, nav, way)
                 cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
                 if cost < best:
                     best, found, self._way_rad = cost, Evasion(course, speed), way_rad
-        self._course = self._way_rad
+                    turn_rad = offset
+        self._course, self._turn_rad = self._way_rad, turn_rad
         return found
+
+    def _left_rad(self, yaw_rad: float) -> float:
+        """The turn that is left to the course chosen before, on the side to which it was begun."""
+        if self._course is None:
+            return 0.0
+        left = wrap_pi(self._course - yaw_rad)
+        if abs(left) > 0.5 * math.pi and left * self._turn_rad < 0.0:
+            return left + math.copysign(math.tau, self._turn_rad)
+        return left
 
     def _can(self, speed_mps: float, offset_rad: float) -> bool:
         """Whether the boat can turn by that while it makes such way. One that has to push itself along to turn, and
@@ -200,7 +232,6 @@ class Clearance:
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
         u, v = nav.surge_mps, nav.sway_mps
-        slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
@@ -220,13 +251,10 @@ class Clearance:
                 u = max(wanted, u - _STEP_S * max(brake, drag if u > 0.0 else 0.0))
             else:
                 u = min(wanted, u + _STEP_S * push)
-            if self._can_reverse:
-                v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
-                slip_n, slip_e = -v * math.sin(yaw), v * math.cos(yaw)
-            else:
-                slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
-            north += _STEP_S * (u * math.cos(yaw) + slip_n)
-            east += _STEP_S * (u * math.sin(yaw) + slip_e)
+            v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
+            c, s = math.cos(yaw), math.sin(yaw)
+            north += _STEP_S * (u * c - v * s)
+            east += _STEP_S * (u * s + v * c)
             least = min(least, math.hypot(north - leader_n, east - leader_e))
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1])

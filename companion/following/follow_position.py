@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.events import EventLog
-from companion.following.keep_out import round_m
+from companion.following.kept_distance import KeptDistance
 from companion.params.store import Parameters
 
 _NOTABLE_M = 0.5  # by which another distance is kept than asked for
@@ -18,8 +19,9 @@ class FollowPosition:
     """`now` is the follow position in force. Remembers a commanded one until the next command, until the boat is
     disarmed, or until FLW_TGT_DST or FLW_TGT_FA is set, and what was announced last."""
 
-    def __init__(self, parameters: Parameters, events: EventLog) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
         self._parameters = parameters
+        self._kept = KeptDistance(config, parameters)
         self._events = events
         self._commanded: tuple[float, float] | None = None
         self._told: tuple[tuple[float, float], float, float] | None = None
@@ -58,7 +60,7 @@ class FollowPosition:
     @property
     def text(self) -> str:
         """For people, with what keeps the boat further away."""
-        asked_m, least_m, kept_m = self.now[0], self._parameters["FOLL_MIN_DIST"], round_m(self._parameters)
+        asked_m, least_m, kept_m = self.now[0], self._parameters["FOLL_MIN_DIST"], self._kept.of(self.now)
         if asked_m < least_m:
             return f"{_text(self.now)}, but FOLL_MIN_DIST is {least_m:g} m"
         return _text(self.now) + (f", but {kept_m:.0f} m is kept" if asked_m < kept_m - _NOTABLE_M else "")
@@ -69,7 +71,7 @@ class FollowPosition:
 
     @property
     def _state(self) -> tuple[tuple[float, float], float, float]:
-        return self.now, self._parameters["FOLL_MIN_DIST"], round_m(self._parameters)
+        return self.now, self._parameters["FOLL_MIN_DIST"], self._kept.of(self.now)
 
     def _tell(self, now_s: float) -> None:
         self._events.say(now_s, TextKind.ROUTINE, "station", f"Follow position: {self.text}")

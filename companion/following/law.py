@@ -22,6 +22,7 @@ from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.following.clearance import TURNING_RAD, Clearance, MotionPlan
 from companion.following.keep_out import EITHER, round_m, way_round
+from companion.following.kept_distance import KeptDistance
 from companion.following.track import LeaderTrack, TrackPoint
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab_compensation import CrabCompensation
@@ -43,6 +44,7 @@ _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
 _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
+_NEAR_M, _NEAR_COAST_MPS = 1.5, 0.3  # the same where it is nearer to the leader than its follow position by more
 _BURST_MPS = 0.4  # a boat without reverse near a follow position at rest: pushes only when slower by this
 
 
@@ -112,13 +114,15 @@ class FollowLaw:
         self._resting = False
         self._rested = False  # since the leader stands
         self._asked = (0.0, math.pi)  # distance and bearing of the follow position, as asked for
+        self._kept = KeptDistance(config, parameters)
+        self._kept_m = 0.0
 
     # --- the follow position ---------------------------------------------------------------------------------------
 
     @property
     def distance_m(self) -> float:
-        """Distance of the follow position from the leader, no nearer than the keep-out circle allows."""
-        return max(self._asked[0], round_m(self._parameters))
+        """Distance of the follow position from the leader: as asked for, but no nearer than is safe."""
+        return self._kept_m
 
     @property
     def astern(self) -> bool:
@@ -139,7 +143,7 @@ class FollowLaw:
 
     def start(self, nav: NavState, leader: Leader, follow_position: tuple[float, float], now_s: float) -> None:
         """Begin to follow. The leader's earlier track is not known, so it is taken as a straight line astern."""
-        self._asked = follow_position
+        self._asked, self._kept_m = follow_position, self._kept.of(follow_position)
         course = leader_course_rad(leader)
         if course is None:
             course = math.atan2(leader.east_m - nav.east_m, leader.north_m - nav.north_m)
@@ -166,6 +170,7 @@ class FollowLaw:
         much the yaw loop answers later than the file says."""
         self._preview_s = _PREVIEW_S + _PREVIEW_SHARE * steers_late_s
         changed, self._asked = follow_position != self._asked, follow_position
+        self._kept_m = self._kept.of(follow_position)
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
         found = self._along_track(nav, leader) if self.astern else None
@@ -426,7 +431,8 @@ class FollowLaw:
             return False
         if motion.feed_mps < _STANDING_MPS and speed_mps < self._clearance.turning_mps and not motion.evading:
             return nav.surge_mps > speed_mps - _BURST_MPS
-        return nav.surge_mps > speed_mps + max(_COAST_MPS, 0.25 * speed_mps)
+        faster_mps = _NEAR_COAST_MPS if motion.off_m < -_NEAR_M else max(_COAST_MPS, 0.25 * speed_mps)
+        return nav.surge_mps > speed_mps + faster_mps
 
     @staticmethod
     def _progress(motion: FollowMotion, nav: NavState) -> Progress:

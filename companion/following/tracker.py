@@ -26,6 +26,9 @@ _YAW_SHARE = 0.4  # of the difference between measured and expected heading that
 _RATE_TAU_S, _COURSE_RATE_TAU_S, _PUSH_TAU_S = 0.2, 0.6, 0.6
 _BARE_RATE_TAU_S = 3.0  # of the turn by positions alone: one found sooner feeds on itself
 _LATELY = 9  # intervals
+# Its heading lies where it points further off its course than this for so long at speed, or over such a way at any
+# speed: no boat goes astern so fast or so far.
+_OFF_COURSE_RAD, _OFF_COURSE_S, _AT_SPEED_MPS, _OFF_COURSE_M = math.radians(60.0), 2.0, 3.0, 60.0
 
 
 class LeaderTracker:
@@ -47,6 +50,8 @@ class LeaderTracker:
         self._intervals: deque[float] = deque(maxlen=_LATELY)
         self._yaw_rad: float | None = None
         self._told_yaw = False
+        self._off_course_s = self._off_course_m = 0.0  # for how long, fast, and how far its heading was off its course
+        self._heading_lies = False
         self._refused = 0
         self._refused_s = 0.0
         self._link = LinkCounter()
@@ -141,15 +146,30 @@ class LeaderTracker:
             filter_.turn_radps = 0.0
 
     def _see_heading(self, filter_: LeaderFilter, state: LeaderState, dt_s: float) -> None:
-        """The heading of the message; without one the course; the last heading while the leader is too slow for one."""
-        self._told_yaw = state.yaw_rad is not None
-        if state.yaw_rad is not None:
-            expected = (
-                state.yaw_rad if self._yaw_rad is None or dt_s <= 0.0 else self._yaw_rad + filter_.turn_radps * dt_s
-            )
-            self._yaw_rad = wrap_pi(expected + _YAW_SHARE * wrap_pi(state.yaw_rad - expected))
+        """The heading of the message; without one, or where it lies, the course; the last heading while the leader is
+        too slow for one."""
+        self._doubt_heading(filter_, state.yaw_rad, dt_s)
+        told = None if self._heading_lies else state.yaw_rad
+        self._told_yaw = told is not None
+        if told is not None:
+            expected = told if self._yaw_rad is None or dt_s <= 0.0 else self._yaw_rad + filter_.turn_radps * dt_s
+            self._yaw_rad = wrap_pi(expected + _YAW_SHARE * wrap_pi(told - expected))
         elif math.hypot(filter_.north_mps, filter_.east_mps) > _SLOW_MPS:
             self._yaw_rad = math.atan2(filter_.east_mps, filter_.north_mps)
+
+    def _doubt_heading(self, filter_: LeaderFilter, yaw_rad: float | None, dt_s: float) -> None:
+        """Judge its heading by its course, while it is fast enough to have one."""
+        speed_mps = math.hypot(filter_.north_mps, filter_.east_mps)
+        if yaw_rad is None or speed_mps < _SLOW_MPS:
+            return
+        off = abs(wrap_pi(yaw_rad - math.atan2(filter_.east_mps, filter_.north_mps)))
+        if off < _OFF_COURSE_RAD:
+            self._off_course_s = self._off_course_m = 0.0
+            self._heading_lies = False
+            return
+        self._off_course_m += speed_mps * dt_s
+        self._off_course_s += dt_s if speed_mps > _AT_SPEED_MPS else 0.0
+        self._heading_lies |= self._off_course_s >= _OFF_COURSE_S or self._off_course_m >= _OFF_COURSE_M
 
     # --- what is known ---------------------------------------------------------------------------------------------
 
@@ -173,7 +193,7 @@ class LeaderTracker:
         interval_s = statistics.median(self._intervals) if self._intervals else 0.0
         leader = Leader(
             state.system_id, north_m, east_m, north_mps, east_mps, yaw, rate, sigma_m, age_s, interval_s, state.wish,
-            self._link.value(now_s), filter_.acceleration_mps2, astern,
+            self._link.value(now_s), filter_.acceleration_mps2, astern, heading_lies=self._heading_lies,
         )  # fmt: skip
         self._known = (now_s, frame, leader)
         return leader

@@ -37,6 +37,7 @@ _FURTHEST_M = 2000.0
 _MOVED_M = 1.0  # move of a resting leader's follow position that makes the boat go to it again
 _MAKING_WAY_MPS = 0.5
 _DECIDE_S = 1.0
+_FREE_S = 2.0  # for which the way must be free before a boat that waits inside the fence goes on: it has slowed down
 _FASTEST_MPS = 25.0
 
 
@@ -103,6 +104,7 @@ class FollowMode(Mode):
         self._keeping_up = KeepingUp(events)
         self._held: tuple[float, float] | None = None
         self._waiting = False
+        self._barred_s = -math.inf  # when the fence last barred the way
         self._standing_by = False
         self._by_thesis = False
         self._way_m = 0.0
@@ -214,16 +216,21 @@ class FollowMode(Mode):
         )
         if self._waiting:
             beyond = beyond or fence.line_refusal((here, motion.target))
+        if beyond is not None:
+            self._barred_s = inputs.now_s
         if beyond is not None and not self._waiting:
             self._hold_point.stop_here(nav)
             self._held = None
-            self._events.say(
-                inputs.now_s, TextKind.ATTENTION, "follow_waits", f"Follow waits inside the fence: {beyond}"
-            )
-        elif beyond is None and self._waiting:
-            self._events.say(inputs.now_s, TextKind.ROUTINE, "follow_goes_on", "Follow: going on")
-        self._waiting = beyond is not None
+            self._tell(inputs.now_s, TextKind.ATTENTION, "follow_waits", f"Follow waits inside the fence: {beyond}")
+        elif self._waiting and inputs.now_s - self._barred_s >= _FREE_S:
+            self._tell(inputs.now_s, TextKind.ROUTINE, "follow_goes_on", "Follow: going on")
         return self._waiting
+
+    def _tell(self, now_s: float, kind: TextKind, name: str, text: str) -> None:
+        """Wait or go on, and say so: each is news after the other, however soon."""
+        self._waiting = name == "follow_waits"
+        self._events.renew("follow_goes_on" if self._waiting else "follow_waits")
+        self._events.say(now_s, kind, name, text)
 
     def _stop(self, nav: NavState) -> tuple[float, float]:
         """The (north_m, east_m) at which the boat would come to rest if it began to stop now."""

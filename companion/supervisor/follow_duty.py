@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from companion.config.vessel import VesselConfig
 from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Result, TextKind
 from companion.core.estimate import NavState, RelativeBy
 from companion.core.events import EventLog
@@ -40,6 +41,7 @@ class FollowDuty:
 
     def __init__(
         self,
+        config: VesselConfig,
         parameters: Parameters,
         helm: Helm,
         sticks: Sticks,
@@ -57,7 +59,7 @@ class FollowDuty:
         self._refusal = refusal_now
         helm.waits = self._waits
         self._watch = LeaderWatch(parameters, self._leads)
-        self._position = FollowPosition(parameters, events)
+        self._position = FollowPosition(config, parameters, events)
         self._newest_s: dict[int, float] = {}  # last message of every system that sends a leader's position
         self._module: LeaderState | None = None  # its last message that came in order
         self._followed: int | None = None
@@ -65,6 +67,7 @@ class FollowDuty:
         self._armed = False
         self._awaits = False  # in Follow, which could not be entered yet
         self._since_s = 0.0
+        self._heading_lies = False  # as last told
         self._by: RelativeBy | None = None  # what the leader's place rests on, as last told
         self._by_since: tuple[RelativeBy, float, float] = (RelativeBy.POSITIONS, math.inf, 0.0)  # way, sigma, since
 
@@ -220,6 +223,19 @@ class FollowDuty:
         if following and inputs.leader_fault is None:
             self._followed = self._watch.system_id
         self._tell_way(inputs, following)
+        self._tell_heading(inputs, following)
+
+    def _tell_heading(self, inputs: ModeInputs, following: bool) -> None:
+        """Announce in Follow that the leader's heading is not used, and that it is again."""
+        leader, lied = inputs.leader, self._heading_lies
+        if leader is None or not following:
+            return
+        self._heading_lies = leader.heading_lies
+        if leader.heading_lies and not lied:
+            text = "Leader's heading ignored: it is off its course"
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "leader_heading", text)
+        elif lied and not leader.heading_lies:
+            self._events.say(inputs.now_s, TextKind.ROUTINE, "leader_heading", "Leader's heading is used again")
 
     def _tell_way(self, inputs: ModeInputs, following: bool) -> None:
         """Announce in Follow what the leader's place rests on, once that has lasted and gets no better. That positions

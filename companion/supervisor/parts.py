@@ -114,7 +114,7 @@ class SupervisorParts:
         self.switches = Switches(parameters, events)
         self.ground_stations = GroundStations(config.operators)
         self.helm = helm = Helm(modes, self.sticks, events, self.mode_inputs)
-        self.following = FollowDuty(parameters, helm, self.sticks, events, choose, self.refusal)
+        self.following = FollowDuty(config, parameters, helm, self.sticks, events, choose, self.refusal)
         actions = MissionActions(self.cruise, self.home, self.fence, self.auxiliary, self.following, self.payload)
         self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)
         self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)

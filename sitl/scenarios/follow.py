@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from sitl.scenarios.convoy import Convoy
 from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes, rms, share, variation_1ps
 from sitl.scenarios.follow_plot import draw as draw
 from sitl.scenarios.ground_station import GroundStation
-from sitl.scenarios.measure import Check
+from sitl.scenarios.measure import Check, read_events
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 from sitl.shared_sea import LeadBoatConfig
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 
 SETTLE_S = 40.0  # after the leader's departure
 NEAREST_M = 12.0  # FOLL_MIN_DIST
-_MARGIN_M, _ROUND_SHARE = 3.5, 1.4  # FOLL_MARGIN, and how much of it a follow position keeps
+_MARGIN_M = 3.5  # FOLL_MARGIN
+_KEPT = re.compile(r"but (\d+) m is kept")
 # A leader that turns back past its follower displaces it. It can be back when it has turned half round, at this share
 # of PATH_YAW_RATE, has made up what the leader has gone on meanwhile, by FOLL_CLOSE_V at most, and has settled.
 _TURN_SHARE, _CLOSE_MPS, _SETTLES_S = 0.75, 4.0, 10.0
@@ -185,9 +187,10 @@ def agility(convoy: Convoy) -> dict[str, Any]:
     }
 
 
-def kept_m(settings: Settings) -> float:
-    """The distance of the follow position that the boat keeps: outside the keep-out circle, whatever is asked for."""
-    return max(follow_position_of(settings)[1], NEAREST_M + _ROUND_SHARE * _MARGIN_M)
+def kept_m(folder: Path, settings: Settings) -> float:
+    """The distance of the follow position that the boat keeps: as asked for, or the longer one that it has told."""
+    told = [match for row in read_events(folder) if (match := _KEPT.search(row.text)) is not None]
+    return max(follow_position_of(settings)[1], float(told[-1].group(1)) if told else 0.0)
 
 
 def rejoining_s(asked: dict[str, Any], leader_mps: float) -> float:
@@ -207,7 +210,9 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     astern."""
     judged = chase.t >= asked["from_s"] + SETTLE_S
     metrics = (
-        _astern(chase, judged, kept_m(settings), asked) if astern_of(settings) else _elsewhere(chase, judged, settings)
+        _astern(chase, judged, kept_m(folder, settings), asked)
+        if astern_of(settings)
+        else _elsewhere(chase, judged, settings)
     )
     metrics |= {
         "nearest_m": float(chase.distance.min()),

@@ -262,6 +262,16 @@ def test_beside_a_leader_that_has_stopped_steering_gathers_no_way(tmp_path: Path
 
 
 @pytest.mark.sweep
+@pytest.mark.parametrize("leader", ["stop@2", "stop@4.5"])
+def test_asked_too_near_a_jet_keeps_the_room_that_it_needs_when_its_leader_stops(tmp_path: Path, leader: str) -> None:
+    """From 4.5 m/s it came to 11.2 m, where it was told to turn to either side by turns."""
+    found = sail("follow", tmp_path, 741010, must_hold=False, leader=leader, gap="15", wind="6.6", time="110")
+    assert found["nearest_m"] >= 12.0
+    told = [row.text for row in read_events(tmp_path)]
+    assert "Following system 100: 15 m astern, but 20 m is kept" in told
+
+
+@pytest.mark.sweep
 @pytest.mark.parametrize("leader", ["stop@8.2", "reverse@8.2"])
 @pytest.mark.parametrize("weather", [{"wind": "4"}, {"wind": "8", "current": "0.5"}], ids=["breeze", "stream"])
 def test_a_leader_that_stops_or_backs(tmp_path: Path, leader: str, weather: Mapping[str, str]) -> None:

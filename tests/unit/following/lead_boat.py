@@ -29,6 +29,7 @@ class LeadBoat:
         self.presses = 0
         self.on = self.fix = True
         self.ahead_m, self.speed_mps = 25.0, 0.5
+        self.yaw_rad = 0.0
         self.latency_s = 0.0
         self.last_fix_s: float | None = None  # that was received
         self._draws = random.Random(seed)
@@ -49,7 +50,7 @@ class LeadBoat:
             lon_deg if self.fix else None,
             self.speed_mps,
             0.0,
-            0.0,
+            self.yaw_rad,
             0.0,
             1.0,
             self.wish,

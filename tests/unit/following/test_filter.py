@@ -165,6 +165,29 @@ def test_astern_is_known_from_a_heading_alone() -> None:
         assert leader.yaw_rad == pytest.approx(0.0 if astern else math.pi, abs=0.02)
 
 
+@pytest.mark.parametrize(("speed", "after_s"), [(5.0, 3.0), (1.5, 45.0)])
+def test_a_heading_that_points_backwards_for_long_is_not_believed(speed: float, after_s: float) -> None:
+    """A leader of 5 m/s whose heading was wrong by 180 degrees seemed to go astern: it was not followed, and nothing
+    was said."""
+    tracker = LeaderTracker()
+    for i in range(round(10.0 * after_s)):
+        tracker.take(standing(0.1 * i, speed, math.pi))
+    leader = known(tracker, after_s)
+    assert leader.heading_lies and not leader.astern and leader.speed_mps == pytest.approx(speed, abs=0.1)
+    assert leader.yaw_rad == pytest.approx(0.0, abs=0.02)
+    for i in range(round(10.0 * after_s), round(10.0 * after_s) + 20):
+        tracker.take(standing(0.1 * i, speed, 0.1))
+    assert not known(tracker, after_s + 2.0).heading_lies
+    assert known(tracker, after_s + 2.0).yaw_rad == pytest.approx(0.1, abs=0.02)
+
+
+def test_a_leader_that_backs_for_20_s_is_believed() -> None:
+    tracker = LeaderTracker()
+    for i in range(200):
+        tracker.take(standing(0.1 * i, -2.0, 0.0))
+    assert known(tracker, 20.0).astern and not known(tracker, 20.0).heading_lies
+
+
 def test_a_slow_leader_without_heading_keeps_its_last_course() -> None:
     tracker = LeaderTracker()
     for i in range(60):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -290,7 +291,7 @@ def test_approach_from_300_m(place: tuple[float, float], speed: float) -> None:
 def test_no_nearer_than_the_keep_out_allows_whatever_follow_position_is_asked_for() -> None:
     chase = astern_of(Lead(0.0, 0.0), 30.0)
     chase.sail(40.0, 6.0, follow_position=(5.0, math.pi))
-    assert chase.law.distance_m == pytest.approx(12.0 + 1.4 * 3.5) and chase.least_m > 15.0
+    assert chase.law.distance_m > 12.0 + 1.4 * 3.5 and chase.least_m > 15.0
 
 
 def test_speed_is_capped() -> None:
@@ -338,6 +339,55 @@ def test_the_least_change_of_course_that_keeps_clear_is_pushed_for_whatever_the_
         yaw = math.radians(heading_deg)
         aside = replace(motion, course_rad=wrap_pi(yaw + math.radians(20.0)))
         assert isinstance(law.setpoint(aside, going(replace(AT_REST, yaw_rad=yaw), 0.7), DT_S), PathSetpoint)
+
+
+@pytest.mark.parametrize(
+    ("bearing_deg", "distance_m", "heading_deg", "wanted_deg"),
+    [(-170.0, 15.4, -116.0, 30.0), (-75.0, 18.8, -2.0, 131.0), (146.0, 19.5, -81.0, 53.0)],
+)
+def test_a_turn_right_round_is_made_to_one_side(
+    bearing_deg: float, distance_m: float, heading_deg: float, wanted_deg: float
+) -> None:
+    """Near a leader that had stopped, a jet was to turn right round, to port and to starboard by turns: it did neither,
+    and came to 9.9 m."""
+    keeping, leader, bearing = clearance(), leader_at(0.0), math.radians(bearing_deg)
+    place = replace(AT_REST, north_m=distance_m * math.cos(bearing), east_m=distance_m * math.sin(bearing))
+    boat = going(replace(place, yaw_rad=math.radians(heading_deg)), 2.1)
+    sides = []
+    for _ in range(40):
+        found = keeping.update(math.radians(wanted_deg), 2.0, 20.0, boat, leader, None)
+        if found is None:
+            break
+        off = wrap_pi(found.course_rad - boat.yaw_rad)
+        if abs(off) > math.radians(100.0):
+            sides.append(off > 0.0)
+        rate = boat.yaw_rate_radps + 0.1 * (math.copysign(min(abs(off), 0.5), off) - boat.yaw_rate_radps)
+        yaw = wrap_pi(boat.yaw_rad + rate * DT_S)
+        moved = boat.north_m + 0.21 * math.cos(yaw), boat.east_m + 0.21 * math.sin(yaw)
+        boat = replace(boat, north_m=moved[0], east_m=moved[1], yaw_rad=yaw, yaw_rate_radps=rate)
+        boat = going(boat, 2.1)
+    assert sides and sum(a is not b for a, b in pairwise(sides)) <= 1, sides
+
+
+def test_a_jet_that_turns_aside_slides_outwards_meanwhile() -> None:
+    """By the sideways inertia of its hull: 5 m were predicted where it took 6."""
+    slippery = replace(JET, hull=replace(JET.hull, damping=replace(JET.hull.damping, y_v=0.0, y_uv=50.0, y_vv=50.0)))
+    gripping = replace(JET, hull=replace(JET.hull, damping=replace(JET.hull.damping, y_v=20_000.0)))
+    slides, grips = (
+        Clearance(config, Parameters(JET.parameters), can_reverse=False).nearer_m(2.0)
+        for config in (slippery, gripping)
+    )
+    assert slides > grips + 0.7
+
+
+@pytest.mark.parametrize("speed", [1.0, 1.5, 2.0, 3.0])
+def test_behind_a_slow_leader_that_stops_a_jet_keeps_out_of_the_circle_however_near_it_is_asked_to_be(
+    speed: float,
+) -> None:
+    chase = astern_of(Lead(0.0, 0.0), 22.0)
+    chase.sail(60.0, speed, follow_position=(15.0, math.pi))
+    chase.sail(60.0, 0.0, follow_position=(15.0, math.pi))
+    assert chase.least_m > LEAST_M
 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 10.0])

@@ -90,14 +90,18 @@ def test_a_jet_at_rest_has_no_thrust(make_boat: Callable[..., Boat]) -> None:
     assert isinstance(boat.setpoint, WrenchSetpoint) and boat.setpoint.wrench.surge_n == 0.0
 
 
-def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Boat]) -> None:
-    boat = make_boat(GF_ACTION=2)
-    corners = [(-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)]
+def fenced(boat: Boat) -> None:
+    """Inside a square of 120 m around its home."""
     items = []
-    for seq, corner in enumerate(corners):
+    for seq, corner in enumerate([(-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)]):
         lat_deg, lon_deg = boat.point(*corner)
         items.append(PlanItem(seq, 5001, 0, 4.0, 0.0, 0.0, 0.0, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0))
     boat.plans.replace(PlanKind.FENCE, items)
+
+
+def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(GF_ACTION=2)
+    fenced(boat)
     lead = LeadBoat(boat)
     following(boat, lead, 5.0)
     furthest_m = 0.0
@@ -109,6 +113,23 @@ def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Boa
     lead.ahead_m -= gap_m(boat, lead) - 10.0  # it comes back
     lead.run(1.0)
     assert furthest_m < 60.0
+
+
+def test_each_wait_inside_the_fence_is_said(make_boat: Callable[..., Boat]) -> None:
+    """The second one within 10 s was not: the last words were that it went on, and it stood still."""
+    boat = make_boat(GF_ACTION=2)
+    fenced(boat)
+    lead = LeadBoat(boat)
+    following(boat, lead, 5.0)
+    while "follow_waits" not in boat.names():
+        lead.tick()
+    lead.ahead_m -= 6.0
+    lead.run(3.0)
+    lead.ahead_m += 5.6
+    lead.run(2.0)
+    told = [name for name in boat.names() if name in ("follow_waits", "follow_goes_on")]
+    assert told == ["follow_waits", "follow_goes_on", "follow_waits"]
+    assert isinstance(boat.setpoint, PoseSetpoint) and boat.status.mode is ModeId.FOLLOW
 
 
 def test_gone_on_with_after_a_failsafe_had_it_in_neutral(boat: Boat) -> None:

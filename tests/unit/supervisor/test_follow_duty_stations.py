@@ -58,9 +58,23 @@ def test_a_distance_that_the_margin_makes_longer_is_said(boat: Any, lead: LeadBo
     assert boat.supervisor.following.set_follow_position(None, 15.0, boat.now_s).accepted
     lead.run(0.1)
     assert boat.texts()[-1] == "Follow position: 15 m astern, but 17 m is kept"
-    boat.parameters.set("FOLL_MARGIN", 2.0)
+    boat.parameters.set("FOLL_MARGIN", 0.5)
     lead.run(0.1)
     assert boat.texts()[-1] == "Follow position: 15 m astern"
+
+
+def test_a_heading_of_the_leader_that_cannot_be_true_is_said_once(boat: Any, lead: LeadBoat) -> None:
+    lead.speed_mps = 5.0
+    following(boat, lead)
+    told = len(boat.texts())
+    lead.yaw_rad = math.pi
+    lead.run(10.0)
+    assert [text for text in boat.texts()[told:] if "heading" in text] == [
+        "Leader's heading ignored: it is off its course"
+    ]
+    lead.yaw_rad = 0.0
+    lead.run(1.0)
+    assert "Leader's heading is used again" in boat.texts()[told:]
 
 
 @pytest.mark.parametrize(
