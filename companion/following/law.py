@@ -47,6 +47,10 @@ _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
 _NEAR_M, _NEAR_COAST_MPS = 1.5, 0.3  # the same where it is nearer to the leader than its follow position by more
 _BURST_MPS = 0.4  # a boat without reverse near a follow position at rest: pushes only when slower by this
 
+_BESIDE = 2.0  # radii at which the leader is passed: nearer than that to one that stands, the boat goes slowly
+BESIDE_MPS = 1.2
+"""Top speed there, of a boat that can stop."""
+
 
 class _MovingPoint(NamedTuple):
     """The follow position in NED, its velocity and the turn of that."""
@@ -238,6 +242,8 @@ class FollowLaw:
         self._s, self._strayed = s, self._strayed and abs(goal_s - s) > 0.5 * self.distance_m
         track.trim(min(s, goal_s))
         speed = self._speed(leader.speed_mps, goal_s - s, leader.acceleration_mps2)
+        beside_mps = self._beside_mps((nav.north_m - leader.north_m, nav.east_m - leader.east_m), leader.speed_mps)
+        speed = min(speed, beside_mps)
         preview_s = self._preview_s + self._turning.late_s(nav.surge_mps, nav.sway_mps)
         ahead = track.at(s + preview_s * self._cruising_mps)
         drift = nav.east_mps * math.cos(here.course_rad) - nav.north_mps * math.sin(here.course_rad)
@@ -384,8 +390,15 @@ class FollowLaw:
         back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
         if back < 0.0 and speed > 2.0 * _LEAST_MPS:
             closing = min(closing, _BEHIND_SHARE * speed / -back)
+        closing = min(closing, self._beside_mps(here, speed))
         closing = min(closing, _spare_mps(speed, back * speed, self.most_mps))
         return _Approach(feed[0] + closing * wn, feed[1] + closing * we, closing, way, side)
+
+    def _beside_mps(self, here: tuple[float, float], leader_mps: float) -> float:
+        """Top speed beside a leader that stands, of a boat that can stop; infinite elsewhere. `here`: from the leader
+        in m."""
+        near = math.hypot(*here) < _BESIDE * round_m(self._parameters)
+        return BESIDE_MPS if self._can_reverse and abs(leader_mps) < _STANDING_MPS and near else math.inf
 
     def let_go(self) -> None:
         """Something else steers: the next heading asked for begins at the boat's."""

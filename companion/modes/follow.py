@@ -25,7 +25,7 @@ from companion.core.setpoint import PathSetpoint, Point, Setpoint, WrenchSetpoin
 from companion.fence.guard import FenceGuard
 from companion.following.clearance import closes_too_fast
 from companion.following.keeping_up import KeepingUp
-from companion.following.law import FollowLaw, FollowMotion
+from companion.following.law import BESIDE_MPS, FollowLaw, FollowMotion
 from companion.guidance.coasting import Coasting
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
@@ -199,7 +199,7 @@ class FollowMode(Mode):
         if self._held is None or math.dist(self._held, motion.target) > _MOVED_M:
             self._hold_point.go_to(inputs.nav, *motion.target, leader.yaw_rad, None, fresh=False)
             self._held = motion.target
-        return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        return self._hold_point.update(inputs.nav, None, min(inputs.speed_mps, BESIDE_MPS), inputs.dt_s)
 
     # --- the fence -------------------------------------------------------------------------------------------------
 

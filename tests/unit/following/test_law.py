@@ -158,6 +158,16 @@ def test_drifted_off_beside_a_leader_that_stands_it_comes_back_on_its_own_side()
     assert chase.least_m > 15.0
 
 
+def test_a_boat_goes_slowly_round_a_leader_at_rest() -> None:
+    """One with an outboard that wind had carried beside it came back round it at 3.8 m/s."""
+    chase = Chase(Twin(TWIN, 14.0, 14.0), Lead(0.0, 0.0), TWIN)
+    fastest_mps = 0.0
+    for _ in range(round(45.0 / DT_S)):
+        chase.sail(DT_S, 0.0, follow_position=(20.0, math.pi))
+        fastest_mps = max(fastest_mps, chase.motion.speed_mps)
+    assert 0.5 < fastest_mps < 1.21 and chase.motion.off_m < 5.0 and chase.least_m > LEAST_M
+
+
 def test_after_something_else_has_steered_the_heading_asked_for_begins_at_the_boats() -> None:
     """It began at that of before the wait: a boat that had turned its bow into the stream turned the long way round."""
     chase = astern_of(Lead(0.0, 0.0))
