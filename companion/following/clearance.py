@@ -60,6 +60,7 @@ _LONE_MPS = 1.0  # of a lone thruster that steers by its direction
 _SLOWEST_SHARE = 0.5  # of the top speed in Follow
 _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
+_SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
 
 
@@ -147,7 +148,7 @@ class Clearance:
         )
         way = _leader_way(leader)
         ways = [offset for offset in self._offsets if offset >= 0.0 and self._can(0.0, offset)]
-        return _FAR_AHEAD_M - max(self._distances(offset, 0.0, nav, way)[0] for offset in ways)
+        return _FAR_AHEAD_M - max(self._distances(offset, 0.0, nav, way, slides=True)[0] for offset in ways)
 
     def reset(self) -> None:
         """Forget the last evasion."""
@@ -224,14 +225,23 @@ class Clearance:
         return speed_mps > 0.0 or offset_rad == 0.0 or self._turning_mps == 0.0 or not self._can_reverse
 
     def _distances(
-        self, course_rad: float, speed_mps: float, nav: NavState, way: list[_LeaderStep], plan: MotionPlan | None = None
+        self,
+        course_rad: float,
+        speed_mps: float,
+        nav: NavState,
+        way: list[_LeaderStep],
+        plan: MotionPlan | None = None,
+        slides: bool = False,
     ) -> tuple[float, float]:
         """Predict the boat: (least distance to the leader, that at the end) in m. The end is where the leader passes
-        the boat, if that can lie still until then."""
+        the boat, if that can lie still until then. `slides`: a boat that coasts slides outwards as far as its hull does
+        in a turn, which its follow position allows for. Its choices count on less: else it would evade a leader that it
+        lies safely beside, and turn on its thrust."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
         u, v = nav.surge_mps, nav.sway_mps
+        slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
@@ -251,10 +261,14 @@ class Clearance:
                 u = max(wanted, u - _STEP_S * max(brake, drag if u > 0.0 else 0.0))
             else:
                 u = min(wanted, u + _STEP_S * push)
-            v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
             c, s = math.cos(yaw), math.sin(yaw)
-            north += _STEP_S * (u * c - v * s)
-            east += _STEP_S * (u * s + v * c)
+            if self._can_reverse or slides:
+                v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
+                slip_n, slip_e = -v * s, v * c
+            else:
+                slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
+            north += _STEP_S * (u * c + slip_n)
+            east += _STEP_S * (u * s + slip_e)
             least = min(least, math.hypot(north - leader_n, east - leader_e))
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1])

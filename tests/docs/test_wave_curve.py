@@ -73,5 +73,5 @@ def test_rough_water_balances_where_wind_and_waves_are_as_large_as_the_thrust() 
 def test_the_page_tells_the_balance_of_aboat() -> None:
     usual_mps, least_mps = static_wind_mps("aboat", FROM_BEAM), least_static_wind_mps("aboat", FROM_BEAM)
     page = (Path(__file__).parents[2] / "docs" / "inside" / "sea.md").read_text(encoding="utf-8")
-    assert f"**ÅBOAT's balance** is {usual_mps:.1f} m/s" in page
+    assert f"**ÅBOAT's limit** is {usual_mps:.1f} m/s" in page
     assert f"With wind areas 20 % larger than believed it is {least_mps:.1f} m/s" in page
