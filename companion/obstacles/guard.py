@@ -227,7 +227,7 @@ class ObstacleGuard:
         water, nav = self.water.now, inputs.nav
         # In a Hold that somebody asked for it keeps off what lies alone: it would flee the dinghy that fetches it.
         movers = self._around.movers(inputs.now_s) if mode.goes_round or unasked else ()
-        way_m = self._way_of_m(stopped, nav)
+        way_m = self._way_of_m(stopped, nav) if movers else math.inf
         aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s, drifts, way_m)
         if aside is None:
             return stopped
