@@ -11,11 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from companion import native
-from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
-from companion.allocation.jet import JetAllocator
-from companion.allocation.rudder import RudderAllocator
-from companion.allocation.sail import SailAllocator
+from companion.allocation.choice import allocator_of
 from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.beside import Beside
@@ -42,7 +39,7 @@ from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import open_sensor
 from companion.io.transport.opener import device_endpoint
 from companion.io.transport.urls import TransportError, parse_url
-from companion.loop import AnyAllocator, Blocks, Devices, Vessel
+from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.mission.validation import check_plan
@@ -249,13 +246,6 @@ class Surroundings:
     patient_log: bool = False  # a medium that is full or fails keeps the boat from nothing: its log begins later
 
 
-_ALLOCATORS: Mapping[str, type[AnyAllocator]] = {
-    "jet": JetAllocator,
-    "rudder": RudderAllocator,
-    "sail": SailAllocator,
-}
-
-
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
     """Make a vessel. Raises ConfigError for an unknown driver, OSError for a log folder that cannot be written."""
     events = EventLog()
@@ -272,7 +262,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     supervisor.senses.decide = estimator.answer
     supervisor.parts.chart.load(_charts(config))
     availability = Availability(config, parameters, events.say)
-    allocator = _ALLOCATORS.get(config.thrusters[0].kind, Allocator)(config, parameters)
+    allocator = allocator_of(config, parameters)
     controller = controller_with_baselines(config, parameters)
     blocks = Blocks(estimator, supervisor, controller, availability, allocator, Gate(config))
     devices, relay = _devices(config, around, events)

@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
 
-from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
+from companion.allocation.choice import AnyAllocator
 from companion.allocation.feedback import ThrusterReports
-from companion.allocation.jet import JetAllocator
-from companion.allocation.rudder import RudderAllocator
-from companion.allocation.sail import SailAllocator
 from companion.config.vessel import VesselConfig
 from companion.containment import Containment
 from companion.control.controller import Controller
@@ -81,9 +78,6 @@ _LATE_S = 0.005  # a tick that begins later counts as late
 
 NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: "depth", Corrections: "corrections"}
 """Kinds of which the loop keeps the newest reading, with the field of `Inputs` that holds it."""
-
-
-AnyAllocator = Allocator | JetAllocator | RudderAllocator | SailAllocator
 
 
 @dataclass(frozen=True, slots=True)

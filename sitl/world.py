@@ -499,25 +499,19 @@ def _simulation(vessel: VesselConfig) -> SitlConfig:
 
 
 def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[ThrusterModel, ...]:
-    """The thrusters as the plant has them. A jet is a vessel's only thruster, and so is a propeller with a rudder; a
-    sail is the first."""
+    """The thrusters as the plant has them. A jet is a vessel's only thruster; a sail is the first."""
     first, jet = configs[0], plant.jet or configs[0].jet
     if (rig := rig_of(first, plant.thruster_lag_s, plant.keel)) is not None:
         return (rig, *build(configs[1:], plant.thruster_lag_s, plant.thruster_x_m and plant.thruster_x_m[1:]))
-    if first.kind == "rudder" and first.rudder is not None:
+    if first.kind == "jet" and jet is not None:
         x_m = None if plant.thruster_x_m is None else plant.thruster_x_m[0]
-        return (Rudder(first, plant.thruster_lag_s, first.rudder, x_m, plant.nozzle),)
-    if configs[0].kind != "jet" or jet is None:
-        return build(configs, plant.thruster_lag_s, plant.thruster_x_m)
-    return (
-        Jet(
-            configs[0],
-            plant.thruster_lag_s,
-            jet,
-            None if plant.thruster_x_m is None else plant.thruster_x_m[0],
-            plant.nozzle,
-        ),
-    )
+        return (Jet(first, plant.thruster_lag_s, jet, x_m, plant.nozzle),)
+    found = list(build(configs, plant.thruster_lag_s, plant.thruster_x_m))
+    for i, config in enumerate(configs):
+        if config.rudder is not None:
+            x_m = None if plant.thruster_x_m is None else plant.thruster_x_m[i]
+            found[i] = Rudder(config, plant.thruster_lag_s, config.rudder, x_m, plant.nozzle)
+    return tuple(found)
 
 
 def chosen_plant(vessel: VesselConfig, name: str | None, rough: bool = False) -> PlantConfig:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from companion.allocation.sectors import Sectors
 from companion.allocation.thrust_curve import ThrustCurve
+from companion.config.blades import without_blades
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
@@ -84,8 +85,9 @@ def wrench_of(thrusters: Sequence[Thruster], forces_n: Sequence[float], azimuths
 
 def thrusters_of(config: VesselConfig) -> tuple[Thruster, ...]:
     """All thrusters of a vessel, in the order of its file. Two or more azimuths of a boat with sideways thrust idle
-    toed in or out, so that they can answer a sideways demand at once; others idle at rest."""
-    thrusters = tuple(Thruster(t) for t in config.thrusters)
+    toed in or out, so that they can answer a sideways demand at once; others idle at rest. Beside others, propellers
+    with rudders count as fixed."""
+    thrusters = tuple(Thruster(t) for t in without_blades(config.thrusters))
     turning = [t for t in thrusters if t.turns and abs(math.sin(t.rest_rad)) < _SIDEWAYS]
     if config.limits.sway_n > 0.0 and len(turning) >= 2:
         for i, thruster in enumerate(turning):

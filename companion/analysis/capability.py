@@ -48,7 +48,7 @@ def capability(
 ) -> Capability:
     """The capability of a vessel. `current_mps`: from the same direction as the wind.
 
-    Raises ConfigError for a vessel with a jet or a rudder, or without windage, and for an unknown thruster.
+    Raises ConfigError for a vessel with a jet or a rudder alone, or without windage, and for an unknown thruster.
     """
     names = [thruster.name for thruster in config.thrusters]
     unknown = [name for name in lost if name not in names]
@@ -56,7 +56,7 @@ def capability(
         raise ConfigError([f"{config.name}: no thruster named {', '.join(unknown)}; it has {', '.join(names)}"])
     if config.thrusters[0].kind == "jet":
         raise ConfigError([f"{config.name}: a jet pushes only ahead, so there is no wind that it holds against"])
-    if config.thrusters[0].kind == "rudder":
+    if config.has_rudder:
         text = "a rudder turns the boat only in flow, so there is no wind that it holds against without moving"
         raise ConfigError([f"{config.name}: {text}"])
     if config.has_sail:

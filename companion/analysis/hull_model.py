@@ -232,16 +232,17 @@ class HullModel:
         return total
 
     def _blades(self, values: Mapping[str, float]) -> Iterator[tuple[Array, float, BladeForce]]:
-        """(relative velocity, lever arm, force) of each rudder."""
+        """(relative velocity, lever arm, force) of the rudders of each group."""
         for group, (x, _, _) in zip(self.groups, self._wrenches, strict=True):
             if group.blade is None:
                 continue
             moved, arm_m = self._through_water(values), values[f"x_m {group.name}"]
-            thrust_n = values[f"scale {group.name}"] * x
+            blades = len(group.members)  # which share thrust and angle
+            thrust_n = values[f"scale {group.name}"] * x / blades
             angle_rad = self.manoeuvre.azimuth_rad[:, group.members[0]]
             across = moved[:, 1] + arm_m * moved[:, 2]
             force = group.blade.force(thrust_n, angle_rad, moved[:, 0], across, values[RACE])
-            scale = values[LIFT]
+            scale = blades * values[LIFT]
             yield moved, arm_m, BladeForce(scale * force.surge_n, scale * force.sway_n, scale * force.fin)
 
     def _through_water(self, values: Mapping[str, float]) -> Array:
@@ -362,10 +363,11 @@ class HullModel:
     def _fins(self, values: Mapping[str, float]) -> Array:
         """(n, 3): by how much a rudder's side force falls with its speed to starboard, its arm, and the speed for which
         `thrust` has it; zero without one."""
+        result = np.zeros_like(self.calm)
         for moved, arm_m, blade in self._blades(values):
-            arms = np.full_like(blade.fin, arm_m)
-            return np.stack([blade.fin, arms, moved[:, 1] + arm_m * moved[:, 2]], axis=1)
-        return np.zeros_like(self.calm)
+            fin = result[:, 0] + blade.fin
+            result = np.stack([fin, np.full_like(fin, arm_m), moved[:, 1] + arm_m * moved[:, 2]], axis=1)
+        return result
 
     def turned(self, vectors: Array, values: Mapping[str, float], back: bool = False) -> Array:
         """(n, 3) velocities of the estimate, or their slopes, as those of the middle of the boat in its true axes;

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from companion.cli.common import UsageError, typed
 from companion.cli.drawing import characters
@@ -22,6 +22,7 @@ from companion.config.plausibility import judgements
 from companion.config.vessel import ConfigError, VesselConfig, parse
 
 Known = Mapping[str, Any]
+_T = TypeVar("_T")
 _FILE = "file"  # what is known before any question: the file's name without its end
 
 
@@ -72,7 +73,7 @@ def _in_units(others: Mapping[str, float]) -> Callable[[str], float]:
 _metres, _kilograms, _speed = _in_units(_LENGTHS), _in_units(_MASSES), _in_units(_SPEEDS)
 
 
-def _or_unknown(read: Callable[[str], float]) -> Callable[[str], float | None]:
+def _or_unknown(read: Callable[[str], _T]) -> Callable[[str], _T | None]:
     return lambda text: None if text in ("", "-") else read(text)
 
 
@@ -100,6 +101,11 @@ def _motor(text: str) -> str:
             raise ValueError(f"of a trolling motor it is 'trolling {text}'; else give its thrust in N")
         raise ValueError(motors.unknown_motor(text).replace("or give max_n", "or give its thrust in N"))
     return text
+
+
+def _in_newtons(motor: str | None) -> bool:
+    """Whether that answer is a thrust, or none."""
+    return motor is None or re.fullmatch(r"[\d.]+", motor) is not None
 
 
 def _name(text: str) -> str:
@@ -141,32 +147,39 @@ QUESTIONS: tuple[Question, ...] = (
         _motor,
     ),
     Question(
+        "bow_motor",
+        "Motor of the thruster across the bow, or its largest thrust in N (- as the others)",
+        _or_unknown(_motor),
+        lambda known: None,
+        lambda known: str(known["layout"]).endswith("-bow"),
+    ),
+    Question(
         "voltage_v",
         "Voltage at the motor, V (- if unknown)",
         _or_unknown(_number),
         lambda known: None,
-        lambda known: not re.fullmatch(r"[\d.]+", str(known["motor"])),
+        lambda known: any(not _in_newtons(known[key]) for key in ("motor", "bow_motor")),
     ),
     Question(
         "spread_m",
         "Distance from the port to the starboard thrusters, m",
         _metres,
         lambda known: round(known["beam_m"] - (known.get("hull_beam_m") or 0.3 * known["beam_m"]), 3),
-        lambda known: known["layout"] in ("twin", "twin-bow", "vectored"),
+        lambda known: known["layout"] in ("twin", "twin-bow", "vectored", "two-rudders"),
     ),
     Question(
         "rudder_span_m",
         "Height of the rudder blade, m (- if unknown)",
         _or_unknown(_metres),
         lambda known: None,
-        lambda known: known["layout"] == "rudder",
+        lambda known: "rudder" in str(known["layout"]),
     ),
     Question(
         "rudder_chord_m",
         "Width of the rudder blade, fore and aft, m (- if unknown)",
         _or_unknown(_metres),
         lambda known: None,
-        lambda known: known["layout"] == "rudder",
+        lambda known: "rudder" in str(known["layout"]),
     ),
     Question(
         "nozzle_m",

@@ -23,6 +23,8 @@ LAYOUTS: Mapping[str, str] = {
     "azimuth-bow": "one at the stern that turns to either side, such as a trolling motor, and one across the bow",
     "two-azimuths": "a turning thruster at either end",
     "rudder": "one fixed propeller at the stern with a rudder behind it",
+    "rudder-bow": "the same, and a thruster across the bow",
+    "two-rudders": "two fixed propellers at the stern, each with a rudder behind it",
     "jet": "a water jet at the stern with a steered nozzle",
 }
 BOARDS: Mapping[str, str] = {"microcontroller": "an Arduino or another board", "pixhawk": "a Pixhawk with ArduPilot"}
@@ -53,6 +55,7 @@ class Answers:
     rudder_span_m: float | None = None
     rudder_chord_m: float | None = None
     nozzle_m: float | None = None
+    bow_motor: str | None = None  # None: as the others
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +120,11 @@ def _places(a: Answers) -> list[_Place]:
         "azimuth": [_Place("stern", "azimuth", stern_m, 0.0)],
         "azimuth-bow": [_Place("stern", "azimuth", stern_m, 0.0), _Place("bow", "fixed", bow_m, 0.0, 90.0)],
         "rudder": [_Place("propeller", "rudder", stern_m, 0.0)],
+        "rudder-bow": [_Place("propeller", "rudder", stern_m, 0.0), _Place("bow", "fixed", bow_m, 0.0, 90.0)],
+        "two-rudders": [
+            _Place("port", "rudder", stern_m, -half_m),
+            _Place("starboard", "rudder", stern_m, half_m),
+        ],
         "jet": [_Place("jet", "jet", stern_m, 0.0)],
         "two-azimuths": [_Place("bow", "azimuth", bow_m, 0.0), _Place("stern", "azimuth", stern_m, 0.0)],
     }
@@ -138,7 +146,7 @@ def _thruster(a: Answers, place: _Place) -> Iterator[str]:
         yield f"azimuth_min_deg = {-stop_deg}"
         yield f"azimuth_max_deg = {stop_deg}"
         yield "manual_azimuth_deg = 35.0"
-    yield from _thrust(a)
+    yield from _thrust(a.bow_motor if place.azimuth_deg == 90.0 and a.bow_motor else a.motor, a.voltage_v)
     if place.kind == "rudder":
         yield from _rudder(a)
     if place.kind == "jet":
@@ -179,13 +187,13 @@ def _jet(a: Answers) -> Iterator[str]:
     yield f"density_area_kgpm = {area:g}{_comment(f'density of water times the area of a nozzle of {a.nozzle_m:g} m')}"
 
 
-def _thrust(a: Answers) -> Iterator[str]:
+def _thrust(motor: str, voltage_v: float | None) -> Iterator[str]:
     try:
-        yield f"max_n = {float(a.motor):g}{_comment('bollard pull ahead')}"
+        yield f"max_n = {float(motor):g}{_comment('bollard pull ahead')}"
     except ValueError:
-        yield f'motor = "{_escaped(a.motor)}"{_comment("thrust as its maker publishes it")}'
-        if a.voltage_v is not None:
-            yield f"voltage_v = {a.voltage_v:g}"
+        yield f'motor = "{_escaped(motor)}"{_comment("thrust as its maker publishes it")}'
+        if voltage_v is not None:
+            yield f"voltage_v = {voltage_v:g}"
 
 
 def _sensors(a: Answers) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from companion.config.blades import without_blades
 from companion.config.devices import ThrusterConfig
 
 
@@ -15,7 +16,9 @@ def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
 def turns_on_the_spot(thrusters: Sequence[ThrusterConfig]) -> bool:
     """Whether the boat turns without way. A rudder and the nozzle of a jet steer by their own stream, which goes ahead
     only."""
-    return can_reverse(thrusters) and not any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
+    return can_reverse(thrusters) and not any(
+        thruster.kind in ("rudder", "jet") for thruster in without_blades(thrusters)
+    )
 
 
 def turns_in_place(thrusters: Sequence[ThrusterConfig]) -> bool:

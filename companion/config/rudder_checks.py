@@ -9,6 +9,8 @@ from companion.config.devices import ThrusterConfig
 from companion.config.kinds import Problem
 from companion.config.rudder import RudderConfig
 
+_BESIDE = ("rudder", "fixed")
+_ACROSS = 0.1  # share of a thruster's push across the hull that counts
 _MOST_RAD = math.radians(60.0)
 _MOST_SHARE = 1.0  # of the thrust, as side force at rest: the race has no more to give
 _MOST_ASPECT = 8.0
@@ -25,13 +27,23 @@ def rudder_problems(thrusters: Sequence[ThrusterConfig], sway_n: float) -> list[
                 problems.append((("thruster", i, "rudder"), text))
             continue
         problems += [(("thruster", i, *key), text) for key, text in _of_rudder(thruster)]
-        if len(thrusters) > 1:
-            text = "a propeller with a rudder must be the only thruster: leave out the others"
+        if (other := next((t for t in thrusters if t.kind not in _BESIDE), None)) is not None:
+            text = (
+                f"beside a propeller with a rudder there can be others and fixed thrusters: '{other.name}' is neither"
+            )
             problems.append((("thruster", i, "kind"), text))
-        if sway_n > 0.0:
-            text = "a boat with a rudder alone cannot push itself sideways: should be 0"
+        if thruster.y_m != 0.0 and len(thrusters) == 1:
+            text = "a single propeller with a rudder lies in the middle of the boat: should be 0"
+            problems.append((("thruster", i, "y_m"), text))
+        if sway_n > 0.0 and not _pushes_sideways(thrusters):
+            text = "rudders cannot push a boat at rest sideways: should be 0"
             problems.append((("limits", "sway_n"), text))
     return problems
+
+
+def _pushes_sideways(thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether something but rudders pushes sideways."""
+    return any(t.kind == "fixed" and abs(math.sin(t.azimuth_rad)) > _ACROSS for t in thrusters)
 
 
 def _of_rudder(thruster: ThrusterConfig) -> list[tuple[tuple[str, ...], str]]:
@@ -56,9 +68,8 @@ def _stop_problems(thruster: ThrusterConfig) -> list[tuple[tuple[str, ...], str]
 
 def _place_problems(thruster: ThrusterConfig, rudder: RudderConfig) -> list[tuple[tuple[str, ...], str]]:
     problems: list[tuple[tuple[str, ...], str]] = []
-    if thruster.azimuth_rad != 0.0 or thruster.y_m != 0.0:
-        text = "a propeller with a rudder lies in the middle of the boat and pushes ahead: y_m and azimuth_deg: 0"
-        problems.append((("y_m" if thruster.y_m != 0.0 else "azimuth_deg",), text))
+    if thruster.azimuth_rad != 0.0:
+        problems.append((("azimuth_deg",), "a propeller with a rudder pushes ahead: should be 0"))
     if rudder.x_m >= 0.0:
         problems.append((("rudder", "x_m"), "a rudder is at the stern, behind the middle of the boat: below 0"))
     elif rudder.x_m > thruster.x_m and rudder.race_share > 0.0:

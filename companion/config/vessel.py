@@ -22,6 +22,7 @@ from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from companion.config.actuators import BridgeRow
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
+from companion.config.blades import steered_by_rudder
 from companion.config.bridge_checks import bridge_problems
 from companion.config.chart import ChartConfig, placed_charts
 from companion.config.devices import (
@@ -295,8 +296,8 @@ class VesselConfig:
 
     @property
     def has_rudder(self) -> bool:
-        """Whether a rudder behind a propeller steers the boat; that of a sail belongs to the sail."""
-        return any(thruster.kind == "rudder" for thruster in self.thrusters)
+        """Whether a rudder behind a propeller is all that steers the boat; that of a sail belongs to the sail."""
+        return steered_by_rudder(self.thrusters)
 
 
 class NavigatedBoat(Protocol):

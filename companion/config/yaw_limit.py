@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from companion.config.blades import without_blades
 from companion.config.dimensions.limits import figures, turning_nm
 from companion.config.vessel import VesselConfig
 
@@ -22,7 +23,7 @@ class YawLimit:
     It is `limits.yaw_nm` beside any force, except for a boat that only fixed thrusters turn."""
 
     def __init__(self, config: VesselConfig) -> None:
-        limits, thrusters = config.limits, config.thrusters
+        limits, thrusters = config.limits, without_blades(config.thrusters)
         self._least_nm, self._most_n = limits.yaw_nm, limits.surge_n
         self._table: list[float] = []
         self._strongest = 0  # place in the table of the largest moment

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from companion.config.blades import without_blades
+from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import pole_placement
@@ -42,11 +44,12 @@ class YawLoop:
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
-        self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
+        self._config, self._configured_radps = config, _first(config).azimuth_rate_radps
         self._nozzle = _nozzle(config)
         self.steers_at(self._configured_radps)
         self._heave_s = _heave_s(config)
-        learns = config.limits.sway_n <= 0.0 and not (config.has_sail or config.has_rudder)
+        bladed = any(thruster.rudder is not None for thruster in config.thrusters)
+        learns = config.limits.sway_n <= 0.0 and not bladed
         self._resistance = TurnResistance(config) if learns else None
         self._pushed = ZERO_WRENCH
         self._sails = config.has_sail
@@ -187,15 +190,20 @@ def _gains(inertia_kgm2: float, drag: float, bandwidth_radps: float, integral: f
     return more * kp, more * ki, kd
 
 
+def _first(config: VesselConfig) -> ThrusterConfig:
+    """The thruster that steers a boat with nothing else."""
+    return without_blades(config.thrusters)[0]
+
+
 def _nozzle(config: VesselConfig) -> SlowNozzle | None:
     """Of a jet that alone steers the boat."""
-    first = config.thrusters[0]
+    first = _first(config)
     stops = _stops_rad(config)
     return SlowNozzle(config, max(stops)) if first.kind == "jet" and stops else None
 
 
 def _stops_rad(config: VesselConfig) -> list[float]:
-    first = config.thrusters[0]
+    first = _first(config)
     return [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
 
 
@@ -222,7 +230,7 @@ def _heave_s(config: VesselConfig) -> float:
 
 def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:
     """The bandwidth that a jet's nozzle or a rudder can follow in large turns; infinite for other boats."""
-    first, stops = config.thrusters[0], _stops_rad(config)
+    first, stops = _first(config), _stops_rad(config)
     slow = first.kind in ("jet", "rudder", "sail") and stops
     return rate_radps / (swing_share * max(stops)) if slow else math.inf
 

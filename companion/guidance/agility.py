@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.config.blades import without_blades
 from companion.config.dimensions.limits import sides_nm
 from companion.config.hull import AIR_KGPM3, HullConfig, WindageConfig
 from companion.config.vessel import VesselConfig
@@ -102,7 +103,7 @@ def agility_of(config: VesselConfig) -> Agility | None:
     limits = config.limits
     if limits.sway_n <= 0.0:
         return None
-    aims = any(thruster.turns for thruster in config.thrusters)
+    aims = any(thruster.turns for thruster in without_blades(config.thrusters))
     port, starboard = (min(1.0, most_nm / limits.yaw_nm) for most_nm in sides_nm(tuple(config.thrusters)))
     return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm, aims, port, starboard)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from companion.config.blades import without_blades
 from companion.config.hull import HullConfig
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -60,6 +61,6 @@ def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
 
 def bends_of(config: VesselConfig) -> BendSpeeds | None:
     """The speeds in bends of a boat whose moment does not depend on the flow, as those of rudders and jets do."""
-    if config.limits.sway_n > 0.0 or any(thruster.kind not in ("fixed", "azimuth") for thruster in config.thrusters):
+    if config.limits.sway_n > 0.0 or any(t.kind not in ("fixed", "azimuth") for t in without_blades(config.thrusters)):
         return None
     return BendSpeeds(config.hull, YawLimit(config), top_speed_mps(config))

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from companion.allocation.astern import stern_first_mps
+from companion.config.blades import without_blades
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
@@ -95,7 +96,7 @@ class BowKeeper:
         self._fence = fence
         self._shortest_m = max(_LEAST_LINE_M, config.length_m)
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
-        self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
+        self._steerage = _STEERAGE_SHARE if any(t.turns for t in without_blades(config.thrusters)) else 0.0
         self._needs_flow = config.has_rudder
         most_mps = stern_first_mps(config)
         self._astern_mps = most_mps if math.isfinite(most_mps) else 0.0

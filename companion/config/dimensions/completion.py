@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from companion.config.blades import without_blades
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions import jets, limits, motors, rudders, surge_damping
 from companion.config.dimensions.derivation import (
@@ -169,7 +170,7 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
         return
     surge_n, sway_n, yaw_nm = (limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
     if isinstance(surge_n, int | float) and isinstance(sway_n, int | float) and isinstance(yaw_nm, int | float):
-        steers = any(thruster.kind in ("rudder", "jet") for thruster in thrusters)
+        steers = any(thruster.kind in ("rudder", "jet") for thruster in without_blades(thrusters))
         drifts = not any(thruster.pushes_astern for thruster in thrusters)
         made = parameter_figures(
             with_fins(hull, thrusters, surge_n),

@@ -37,8 +37,9 @@ def _finned(hull: HullConfig, thrusters: Sequence[ThrusterConfig], surge_n: floa
         rudder = thruster.rudder
         if rudder is None or thruster.propeller_m is None or not math.isfinite(top_mps):
             continue
+        share_n = surge_n / sum(t.kind == "rudder" for t in thrusters)
         disc_kgpm = 0.5 * WATER_KGPM3 * 0.25 * math.pi * thruster.propeller_m**2
-        speed_mps = math.sqrt(rudder.inflow(surge_n, top_mps, disc_kgpm))
+        speed_mps = math.sqrt(rudder.inflow(share_n, top_mps, disc_kgpm))
         fin = 0.5 * WATER_KGPM3 * rudder.area_m2 * rudder.lift_scale * rudder.slope * STRAIGHTENED
         fin *= sign * speed_mps / top_mps
         damping = replace(

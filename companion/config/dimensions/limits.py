@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
+from companion.config.blades import steered_by_rudder, without_blades
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
 from companion.config.kinds import Problem
@@ -175,11 +176,14 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
     ahead_n = largest(thrusters, 0)
     if ahead_n < _NONE * sum(t.max_n for t in thrusters):
         ahead_n = largest(thrusters, 0, free=(1,))
-    sideways_n = 0.0 if any(t.kind in ("jet", "rudder", "sail") for t in thrusters) else largest(thrusters, 1)
+    pushing = without_blades(thrusters)
+    sideways_n = 0.0 if any(t.kind in ("jet", "rudder", "sail") for t in pushing) else largest(pushing, 1)
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
-    most_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))
-    if most_nm < 1.0e-3 * ahead_n or any(t.kind == "rudder" for t in thrusters):
+    # A screw that pushes ahead beside one that pushes astern has its race on its rudder; a single one does not.
+    turning = thrusters if sum(t.kind == "rudder" for t in thrusters) > 1 else pushing
+    most_nm = largest(pushing, 2) if sideways_n > 0.0 else largest(turning, 2, free=(1,))
+    if most_nm < 1.0e-3 * ahead_n or steered_by_rudder(thrusters):
         most_nm = largest(thrusters, 2, free=(0, 1))
     source = "places and directions of the thrusters"
     return (

@@ -52,10 +52,10 @@ class HardOver:
 
 def hard_over(config: VesselConfig, surge_n: float, side: float) -> Setpoint:
     """That force ahead, with the rudder at its stop: `side` 1 to starboard, −1 to port. Of a moment the controller asks
-    for no more than the blade gives at rest; under way it gives several times that. For a boat without a rudder, the
-    largest moment."""
+    for no more than the blade gives at rest; under way it gives several times that. For a boat that has more than a
+    rudder, the largest moment."""
     thruster = config.thrusters[0]
-    if thruster.rudder is None:
+    if not config.has_rudder:
         return pushed(surge_n, 0.0, side * config.limits.yaw_nm)
     throttle = math.sqrt(min(1.0, max(0.0, surge_n / thruster.ahead_n)))
     stop_rad = thruster.azimuth_min_rad if side > 0.0 else thruster.azimuth_max_rad  # the stern goes to the other side

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from companion.allocation.rudder_curve import RudderCurve
 from companion.cli.drawing import characters, svg
+from companion.cli.new_file import file_text
 from companion.config.plausibility import judgements
+from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import ConfigError, parse
-from tests.unit.rudder_boat import SKIFF, TEXT
+from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT
 
 BLADE = "manual_azimuth_deg = 35.0\n"
 
@@ -42,7 +45,7 @@ def test_what_was_measured_stays() -> None:
         (BLADE, f"{BLADE}[thruster.rudder]\nspan_m = 2.0\nchord_m = 0.1\n", "20 times as high as wide"),
         (BLADE, f"{BLADE}propeller_m = 0.05\n[thruster.rudder]\nspan_m = 0.2\nrace_share = 1.0\n", "times the thrust"),
         (BLADE, f"{BLADE}[thruster.rudder]\nheight_m = 0.2\n", "rudder.height_m"),
-        ("[hull]", "[limits]\nsurge_n = 70\nsway_n = 5\nyaw_nm = 10\n[hull]", "cannot push itself sideways"),
+        ("[hull]", "[limits]\nsurge_n = 70\nsway_n = 5\nyaw_nm = 10\n[hull]", "cannot push a boat at rest sideways"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_with_its_place(old: str, new: str, said: str) -> None:
@@ -59,12 +62,36 @@ def test_a_blade_is_for_a_rudder_only() -> None:
         parse(text, "boat.toml")
 
 
-def test_two_rudders_are_refused() -> None:
+def test_two_rudders_share_the_area_and_steer_with_differential_thrust() -> None:
+    (alone,) = SKIFF.thrusters
+    both = parse(file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.3)), "boat.toml")
+    assert alone.rudder is not None
+    assert not both.has_rudder and SKIFF.has_rudder
+    assert [t.y_m for t in both.thrusters] == [-0.15, 0.15]
+    assert all(t.rudder is not None and t.rudder.area_m2 <= alone.rudder.area_m2 for t in both.thrusters)
+    assert both.limits.sway_n == 0.0
+    between_nm = 0.9 * 0.15 * 2.0 * -both.thrusters[0].min_n  # by differential thrust alone
+    assert both.limits.yaw_nm > between_nm
+    assert turns_on_the_spot(both.thrusters) and not turns_on_the_spot(SKIFF.thrusters)
+
+
+@pytest.mark.parametrize(("stern_m", "pushes_sideways"), [(None, False), (-0.7, True)])
+def test_side_thrusters_beside_a_rudder_push_the_boat_sideways(stern_m: float | None, pushes_sideways: bool) -> None:
+    row = '[[thruster]]\nname = "{}"\nkind = "fixed"\nx_m = {}\ny_m = 0\nazimuth_deg = 90\nmax_n = 20\n\n'
+    rows = row.format("bow", 0.7) + ("" if stern_m is None else row.format("stern", stern_m))
+    names = '["propeller", "bow"' + ("]" if stern_m is None else ', "stern"]')
+    boat = parse(TEXT.replace("[[sensor]]", rows + "[[sensor]]", 1).replace('["propeller"]', names), "boat.toml")
+    assert (boat.limits.sway_n > 0.0) == pushes_sideways
+    lever_m, most_n, astern_n = 0.7, 20.0, -boat.thrusters[1].min_n
+    turning_nm = 2.0 * lever_m * astern_n if pushes_sideways else lever_m * most_n
+    assert boat.limits.yaw_nm == pytest.approx(0.9 * turning_nm, rel=1e-3)
+
+
+def test_a_turning_thruster_beside_a_rudder_is_refused() -> None:
     row = TEXT[TEXT.index("[[thruster]]") : TEXT.index("[[sensor]]")]
-    two = TEXT.replace(row, row + row.replace('"propeller"', '"other"')).replace(
-        '["propeller"]', '["propeller", "other"]'
-    )
-    with pytest.raises(ConfigError, match="must be the only thruster"):
+    other = row.replace('"propeller"', '"pod"').replace('kind = "rudder"', 'kind = "azimuth"')
+    two = TEXT.replace(row, row + other).replace('["propeller"]', '["propeller", "pod"]')
+    with pytest.raises(ConfigError, match=r"thruster.1..kind: .* others and fixed thrusters: 'pod' is neither"):
         parse(two, "boat.toml")
 
 

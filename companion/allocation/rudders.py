@@ -1,0 +1,237 @@
+"""Thrust allocation of propellers with rudders beside other thrusters: two screws with a rudder each, or one with
+thrusters across bow or stern.
+
+To the constrained allocation propellers count as fixed, and all blades together as one more thruster across the stern:
+the blades push sideways with up to what the flow over them gives (`RudderCurve`), which changes with speed and thrust.
+So the programme decides what blades, differential thrust and side thrusters do. The race that counts rises slowly with
+the thrust ahead, and in a lull a blade stays as it is for the usual thrust: thrust that comes and goes, as in station
+keeping, carries no rudder. Where a boat without sideways thrust has long had too little moment, thrust ahead for the
+blades is added, up to RUD_STEER of the largest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from companion.allocation.allocator import Allocator
+from companion.allocation.geometry import Thruster
+from companion.allocation.rudder_curve import RudderCurve
+from companion.config.blades import without_blades
+from companion.config.devices import ThrusterConfig
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.core.estimate import NavState, Rig
+from companion.params.store import Parameters
+
+_LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
+_RACE_S = 1.0  # in which the race that counts rises with the thrust
+_SHORT_SHARE = 0.1  # of the limit: moment that is missing from which thrust is added for the blades
+_SHORT_S, _MORE_S = 1.0, 3.0  # that must be missing for so long; then thrust grows for so long
+_KEPT_SHARE = 0.9  # of what the blades can give: they need some room to be exact
+
+
+class RuddersAllocator:
+    """Wrench → Allocation. Remembers what the constrained allocation does, the blades, and for how long the moment has
+    been too little."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        """Raises ValueError for a vessel without rudders."""
+        self._limits, self._period_s = config.limits, 1.0 / config.control_rate_hz
+        self._parameters = parameters
+        self._short_s = 0.0
+        self._blades = [_Blade(i, t) for i, t in enumerate(config.thrusters) if t.kind == "rudder"]
+        if not self._blades:
+            raise ValueError(f"{config.name}: no thruster has a rudder")
+        top_mps = top_speed_mps(config)
+        most_n = sum(blade.most_n(blade.max_n, top_mps if math.isfinite(top_mps) else 0.0) for blade in self._blades)
+        self._count = len(config.thrusters)
+        together = (*without_blades(config.thrusters), _across(self._blades, most_n))
+        self._inner = _WithBlades(replace(config, thrusters=together), parameters)
+        self._places = [(t.x_m, t.y_m, t.azimuth_rad) for t in config.thrusters]
+
+    def set_failed(self, index: int, failed: bool) -> None:
+        """Mark thruster `index` as failed or not. One that has failed gives no thrust; its blade steers in the flow of
+        the boat's speed."""
+        if 0 <= index < self._count:
+            self._inner.set_failed(index, failed)
+
+    def set_turn_rate(self, index: int, rate_radps: float) -> None:
+        """Turn the blade of thruster `index` no faster from now on."""
+        for blade in self._blades:
+            if blade.index == index:
+                blade.rate_radps = rate_radps
+
+    def feel(self, rig: Rig | None, nav: NavState) -> None:
+        """No effect."""
+
+    def neutral(self) -> Allocation:
+        """Set all forces to zero; the blades stay where they are."""
+        for blade in self._blades:
+            blade.race_n = blade.usual_n = 0.0
+        self._short_s = 0.0
+        return self._result(None, self._inner.neutral(), 0.0)
+
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """Take throttles and angles as demanded, within limits and rates over `dt_s` (None: one control period): the
+        manual path. Missing or non-finite demands count as no thrust."""
+        dt_s = self._period_s if dt_s is None else dt_s
+        for blade in self._blades:
+            angle_rad = thrusters[blade.index].azimuth_rad if blade.index < len(thrusters) else None
+            if angle_rad is not None and math.isfinite(angle_rad):
+                blade.turn(angle_rad, dt_s)
+        given = self._inner.direct([*thrusters[: self._count]], dt_s, surge_mps)
+        self._follow(given, dt_s)
+        return self._result(None, given, surge_mps)
+
+    def update(
+        self,
+        wrench: Wrench,
+        dt_s: float,
+        surge_mps: float = 0.0,
+        planned: bool = False,
+        ahead: Sequence[Wrench] = (),
+    ) -> Allocation:
+        """The allocation for `wrench`, within `dt_s` of the last by all rates. `surge_mps`: speed ahead through the
+        water. A non-finite input counts as no demand. `ahead` has no effect: nothing turns for seconds here."""
+        if not all(map(math.isfinite, (wrench.surge_n, wrench.sway_n, wrench.yaw_nm, surge_mps))):
+            wrench, surge_mps = Wrench(0.0, 0.0, 0.0), 0.0
+        steering_n = self._steering_n() if wrench.surge_n >= 0.0 else 0.0
+        asked = replace(wrench, surge_n=steering_n) if wrench.surge_n < steering_n else wrench
+        shares = self._bound_blades(asked.surge_n, surge_mps, dt_s)
+        given = self._inner.update(asked, dt_s, surge_mps, planned)
+        self._follow(given, dt_s)
+        side_n, whole_n = given.thrusters[self._count].force_n, sum(shares)
+        for blade, share_n in zip(self._blades, shares, strict=True):
+            part_n = side_n * share_n / whole_n if whole_n > 0.0 else 0.0
+            thrust_n = given.thrusters[blade.index].force_n
+            blade.turn(blade.curve.angle_rad(part_n, max(thrust_n, blade.usual_n), surge_mps), dt_s)
+        result = self._result(wrench, given, surge_mps)
+        missing_nm = math.copysign(1.0, wrench.yaw_nm) * (wrench.yaw_nm - result.achieved.yaw_nm)
+        short = self._limits.sway_n <= 0.0 and missing_nm > _SHORT_SHARE * self._limits.yaw_nm
+        self._short_s = min(_SHORT_S + _MORE_S, max(0.0, self._short_s + (dt_s if short else -dt_s)))
+        return result
+
+    def _steering_n(self) -> float:
+        """The least thrust ahead, for the blades."""
+        share = max(0.0, self._short_s - _SHORT_S) / _MORE_S
+        return share * self._parameters["RUD_STEER"] * sum(blade.max_n for blade in self._blades)
+
+    def _bound_blades(self, surge_n: float, surge_mps: float, dt_s: float) -> list[float]:
+        """Tell the programme what all blades can give in this cycle, of the thrust that it will give, and within what
+        they turn. Returns what each can give."""
+        shares, low_n, high_n = [], 0.0, 0.0
+        for blade in self._blades:
+            thrust_n = blade.next_n(surge_n / len(self._blades), dt_s)
+            shares.append(_KEPT_SHARE * blade.most_n(min(blade.race_n, max(0.0, thrust_n)), surge_mps))
+            to_port_n, to_starboard_n = blade.reach_n(thrust_n, surge_mps, dt_s)
+            low_n, high_n = low_n + to_port_n, high_n + to_starboard_n
+        most_n = sum(shares)
+        self._inner.low_n = min(high_n, max(low_n, -most_n))
+        self._inner.high_n = max(low_n, min(high_n, most_n))
+        return shares
+
+    def _follow(self, given: Allocation, dt_s: float) -> None:
+        """Let the race that counts follow the thrust ahead: up slowly, down at once."""
+        share = dt_s / (dt_s + _RACE_S) if dt_s > 0.0 else 0.0
+        for blade in self._blades:
+            ahead_n = max(0.0, given.thrusters[blade.index].force_n)
+            blade.usual_n += share * (abs(given.thrusters[blade.index].force_n) - blade.usual_n)
+            blade.thrust_n = given.thrusters[blade.index].force_n
+            blade.race_n = min(ahead_n, blade.race_n + share * (ahead_n - blade.race_n))
+
+    def _result(self, demanded: Wrench | None, given: Allocation, surge_mps: float) -> Allocation:
+        """The commands with the blades' angles, and what all of them give."""
+        commands = list(given.thrusters[: self._count])
+        x = y = n = 0.0
+        for command, (x_m, y_m, azimuth_rad) in zip(commands, self._places, strict=True):
+            c, s = math.cos(azimuth_rad), math.sin(azimuth_rad)
+            x, y = x + c * command.force_n, y + s * command.force_n
+            n += (x_m * s - y_m * c) * command.force_n
+        for blade in self._blades:
+            command = commands[blade.index]
+            commands[blade.index] = replace(command, azimuth_rad=blade.angle_rad)
+            ahead_n, side_n = blade.curve.force_n(command.force_n, blade.angle_rad, surge_mps)
+            drag_n = ahead_n - command.force_n
+            x, y, n = x + drag_n, y + side_n, n + blade.curve.lever_m * side_n - blade.y_m * drag_n
+        achieved = Wrench(x, y, n)
+        return Allocation(tuple(commands), achieved, self._limited(demanded, achieved))
+
+    def _limited(self, demanded: Wrench | None, achieved: Wrench) -> tuple[bool, bool, bool]:
+        """Which axes fall short of what is demanded."""
+        if demanded is None:
+            return False, False, False
+        limits = self._limits
+        return (
+            abs(demanded.surge_n - achieved.surge_n) > _LIMITED_SHARE * limits.surge_n,
+            limits.sway_n > 0.0 and abs(demanded.sway_n - achieved.sway_n) > _LIMITED_SHARE * limits.sway_n,
+            abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * limits.yaw_nm,
+        )
+
+
+class _Blade:
+    """A blade: its angle, the last thrust, that ahead whose race counts, and the usual one to either side."""
+
+    def __init__(self, index: int, thruster: ThrusterConfig) -> None:
+        self.index, self.y_m, self.max_n = index, thruster.y_m, min(thruster.max_n, thruster.ahead_n)
+        self._force_rate_nps = thruster.force_rate_nps
+        self.curve = RudderCurve(thruster)
+        self.rate_radps = thruster.azimuth_rate_radps
+        self._low_rad, self._high_rad = thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0
+        self.stop_rad = min(-self._low_rad, self._high_rad)
+        self.angle_rad = self.thrust_n = self.race_n = self.usual_n = 0.0
+
+    def most_n(self, thrust_n: float, surge_mps: float) -> float:
+        """The largest push sideways."""
+        return abs(self.curve.force_n(thrust_n, self.stop_rad, surge_mps)[1])
+
+    def next_n(self, thrust_n: float, dt_s: float) -> float:
+        """The thrust that is next where `thrust_n` is asked for."""
+        reach_n = self._force_rate_nps * max(0.0, dt_s)
+        return min(self.thrust_n + reach_n, max(self.thrust_n - reach_n, thrust_n))
+
+    def reach_n(self, thrust_n: float, surge_mps: float, dt_s: float) -> tuple[float, float]:
+        """(least, most) push to starboard with what the blade turns in `dt_s`."""
+        reach = self.rate_radps * max(0.0, dt_s)
+        low_rad = min(self._high_rad, max(self._low_rad, self.angle_rad - reach))
+        high_rad = min(self._high_rad, max(self._low_rad, self.angle_rad + reach))
+        return self.curve.force_n(thrust_n, low_rad, surge_mps)[1], self.curve.force_n(thrust_n, high_rad, surge_mps)[1]
+
+    def turn(self, angle_rad: float, dt_s: float) -> None:
+        """Towards that angle, within stops and rate."""
+        reach = self.rate_radps * max(0.0, dt_s)
+        held = min(self._high_rad, max(self._low_rad, math.remainder(angle_rad, math.tau)))
+        self.angle_rad = min(self.angle_rad + reach, max(self.angle_rad - reach, held))
+
+
+class _WithBlades(Allocator):
+    """The constrained allocation, whose last thruster stands for the blades. `low_n`, `high_n`: between which they can
+    push to starboard in this cycle."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        super().__init__(config, parameters)
+        self.low_n = self.high_n = 0.0
+
+    def _force_bounds(self, i: int, t: Thruster, dt_s: float) -> tuple[float, float]:
+        return super()._force_bounds(i, t, dt_s) if i < len(self._thrusters) - 1 else (self.low_n, self.high_n)
+
+
+def _across(blades: Sequence[_Blade], most_n: float) -> ThrusterConfig:
+    """All blades as one thruster that pushes to starboard."""
+    lever_m = sum(blade.curve.lever_m for blade in blades) / len(blades)
+    return ThrusterConfig(
+        name="blades",
+        kind="fixed",
+        x_m=lever_m,
+        y_m=0.0,
+        max_n=most_n,
+        min_n=-most_n,
+        ahead_n=most_n,
+        astern_n=most_n,
+        force_rate_nps=most_n,
+        azimuth_rad=0.5 * math.pi,
+    )
