@@ -1,20 +1,36 @@
-"""A boat with one propeller and a rudder: a square mission and Hold in wind and current, by raw truth."""
+"""Boats with rudders: missions and Hold in wind and current, by raw truth."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from companion.cli.new_file import file_text
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import ScenarioResult, run
-from tests.unit.rudder_boat import SKIFF, TEXT
+from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT
+
+SCREWS = file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.4))
+SIDE = """[[thruster]]
+name = "{}"
+kind = "fixed"
+x_m = {}
+y_m = 0
+azimuth_deg = 90
+max_n = 15
+
+"""
+SHIP = TEXT.replace("[[sensor]]", f"{SIDE.format('bow', 0.8)}{SIDE.format('stern', -0.7)}[[sensor]]", 1).replace(
+    '["propeller"]', '["propeller", "bow", "stern"]'
+)
 
 
-def sailed(name: str, folder: Path, seed: int, **changes: str) -> ScenarioResult:
+def sailed(name: str, folder: Path, seed: int, text: str = TEXT, **changes: str) -> ScenarioResult:
     file = folder / "skiff.toml"
-    file.write_text(TEXT, encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
     return run(SCENARIOS[name], LockstepRig, folder / "log", seed=seed, vessel=str(file), changes=changes)
 
 
@@ -54,3 +70,14 @@ def test_it_stays_inside_the_fence(tmp_path: Path, by: str) -> None:
     """It does not lie still afterwards as the scenario asks of others: it sails about in its watch circle."""
     metrics = sailed("fence_stop", tmp_path, 2, by=by).metrics
     assert metrics["hull_short_of_line_m"] > 0.0 and metrics["breaches"] == 0.0
+
+
+def test_two_screws_with_rudders_sail_a_square(tmp_path: Path) -> None:
+    outcome = sailed("mission_square", tmp_path, 8, SCREWS, side="20", limit="0.5", wind="4", current="0.15")
+    assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
+
+
+def test_a_ship_with_rudder_and_side_thrusters_holds_point_and_heading(tmp_path: Path) -> None:
+    outcome = sailed("hold", tmp_path, 9, SHIP, time="60", wind="3")
+    assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
+    assert outcome.metrics["position_rms_m"] < 0.1 and outcome.metrics["heading_rms_deg"] < 1.0
