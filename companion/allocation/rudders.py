@@ -29,7 +29,7 @@ from companion.params.store import Parameters
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _RACE_S = 1.0  # in which the race that counts rises with the thrust
 _SHORT_SHARE = 0.1  # of the limit: moment that is missing from which thrust is added for the blades
-_SHORT_S, _MORE_S = 1.0, 3.0  # that must be missing for so long; then thrust grows for so long
+_SHORT_S, _MORE_S = 0.5, 1.5  # that must be missing for so long; then thrust grows for so long
 _KEPT_SHARE = 0.9  # of what the blades can give: they need some room to be exact
 
 
@@ -112,8 +112,9 @@ class RuddersAllocator:
             blade.turn(blade.curve.angle_rad(part_n, max(thrust_n, blade.usual_n), surge_mps), dt_s)
         result = self._result(wrench, given, surge_mps)
         missing_nm = math.copysign(1.0, wrench.yaw_nm) * (wrench.yaw_nm - result.achieved.yaw_nm)
-        short = self._limits.sway_n <= 0.0 and missing_nm > _SHORT_SHARE * self._limits.yaw_nm
-        self._short_s = min(_SHORT_S + _MORE_S, max(0.0, self._short_s + (dt_s if short else -dt_s)))
+        short = -1.0 if self._limits.sway_n > 0.0 else missing_nm / (_SHORT_SHARE * self._limits.yaw_nm) - 1.0
+        grown_s = dt_s * min(1.0, max(-1.0, short))
+        self._short_s = min(_SHORT_S + _MORE_S, max(0.0, self._short_s + grown_s))
         return result
 
     def _steering_n(self) -> float:

@@ -14,6 +14,7 @@ from companion.config.kinds import Problem
 
 KEYS = ("surge_n", "sway_n", "yaw_nm")
 _SHARE = 0.9  # of what the thrusters give: the rest is for the other axes
+_STEERING_SHARE = 0.35  # default of RUD_STEER: of the thrust ahead, which the boat adds for its rudders
 _USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as none
 _NONE = 1.0e-6  # of the thrust of all: what the search leaves of nothing
 _NARROWINGS = 40
@@ -181,10 +182,13 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
     # A screw that pushes ahead beside one that pushes astern has its race on its rudder; a single one does not.
-    turning = thrusters if sum(t.kind == "rudder" for t in thrusters) > 1 else pushing
+    rudders = [t for t in thrusters if t.kind == "rudder"]
+    turning = thrusters if len(rudders) > 1 else pushing
     most_nm = largest(pushing, 2) if sideways_n > 0.0 else largest(turning, 2, free=(1,))
     if most_nm < 1.0e-3 * ahead_n or steered_by_rudder(thrusters):
         most_nm = largest(thrusters, 2, free=(0, 1))
+    if sideways_n == 0.0 and rudders and len(thrusters) > 1:
+        most_nm = max(most_nm, _STEERING_SHARE * largest(rudders, 2, free=(0, 1)))
     source = "places and directions of the thrusters"
     return (
         Figure("limits.surge_n", _SHARE * ahead_n, 1.5, "0.9 of the largest X with Y = N = 0", source),
@@ -193,7 +197,8 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
             "limits.yaw_nm",
             _SHARE * most_nm,
             1.5,
-            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or one outboard with full thrust",
+            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or one outboard with full thrust, "
+            "of rudders beside other thrusters with 0.35 of it if that is more",
             source,
         ),
     )

@@ -84,7 +84,13 @@ def test_side_thrusters_beside_a_rudder_push_the_boat_sideways(stern_m: float | 
     assert (boat.limits.sway_n > 0.0) == pushes_sideways
     lever_m, most_n, astern_n = 0.7, 20.0, -boat.thrusters[1].min_n
     turning_nm = 2.0 * lever_m * astern_n if pushes_sideways else lever_m * most_n
+    assert pushes_sideways or 0.35 * SKIFF.limits.yaw_nm < 0.9 * turning_nm
     assert boat.limits.yaw_nm == pytest.approx(0.9 * turning_nm, rel=1e-3)
+
+
+def test_a_weak_bow_thruster_leaves_the_boat_the_moment_of_its_rudder() -> None:
+    boat = parse(file_text(replace(ANSWERS, layout="rudder-bow", bow_motor="1")), "boat.toml")
+    assert boat.limits.yaw_nm == pytest.approx(0.35 * SKIFF.limits.yaw_nm, rel=0.1)
 
 
 def test_a_turning_thruster_beside_a_rudder_is_refused() -> None:
