@@ -108,8 +108,7 @@ class RuddersAllocator:
         side_n, whole_n = given.thrusters[self._count].force_n, sum(shares)
         for blade, share_n in zip(self._blades, shares, strict=True):
             part_n = side_n * share_n / whole_n if whole_n > 0.0 else 0.0
-            thrust_n = given.thrusters[blade.index].force_n
-            blade.turn(blade.curve.angle_rad(part_n, max(thrust_n, blade.usual_n), surge_mps), dt_s)
+            blade.turn(blade.curve.angle_rad(part_n, max(blade.thrust_n, blade.usual_n), surge_mps), dt_s)
         result = self._result(wrench, given, surge_mps)
         missing_nm = math.copysign(1.0, wrench.yaw_nm) * (wrench.yaw_nm - result.achieved.yaw_nm)
         short = -1.0 if self._limits.sway_n > 0.0 else missing_nm / (_SHORT_SHARE * self._limits.yaw_nm) - 1.0
@@ -126,8 +125,9 @@ class RuddersAllocator:
         """Tell the programme what all blades can give in this cycle, of the thrust that it will give, and within what
         they turn. Returns what each can give."""
         shares, low_n, high_n = [], 0.0, 0.0
+        more_n = (surge_n - sum(blade.thrust_n for blade in self._blades)) / len(self._blades)
         for blade in self._blades:
-            thrust_n = blade.next_n(surge_n / len(self._blades), dt_s)
+            thrust_n = blade.next_n(more_n, dt_s)
             shares.append(_KEPT_SHARE * blade.most_n(min(blade.race_n, max(0.0, thrust_n)), surge_mps))
             to_port_n, to_starboard_n = blade.reach_n(thrust_n, surge_mps, dt_s)
             low_n, high_n = low_n + to_port_n, high_n + to_starboard_n
@@ -140,9 +140,9 @@ class RuddersAllocator:
         """Let the race that counts follow the thrust ahead: up slowly, down at once."""
         share = dt_s / (dt_s + _RACE_S) if dt_s > 0.0 else 0.0
         for blade in self._blades:
-            ahead_n = max(0.0, given.thrusters[blade.index].force_n)
-            blade.usual_n += share * (abs(given.thrusters[blade.index].force_n) - blade.usual_n)
             blade.thrust_n = given.thrusters[blade.index].force_n
+            blade.usual_n += share * (abs(blade.thrust_n) - blade.usual_n)
+            ahead_n = max(0.0, blade.thrust_n)
             blade.race_n = min(ahead_n, blade.race_n + share * (ahead_n - blade.race_n))
 
     def _result(self, demanded: Wrench | None, given: Allocation, surge_mps: float) -> Allocation:
@@ -155,7 +155,7 @@ class RuddersAllocator:
             n += (x_m * s - y_m * c) * command.force_n
         for blade in self._blades:
             command = commands[blade.index]
-            commands[blade.index] = replace(command, azimuth_rad=blade.angle_rad)
+            commands[blade.index] = ThrusterCommand(command.force_n, command.throttle, blade.angle_rad)
             ahead_n, side_n = blade.curve.force_n(command.force_n, blade.angle_rad, surge_mps)
             drag_n = ahead_n - command.force_n
             x, y, n = x + drag_n, y + side_n, n + blade.curve.lever_m * side_n - blade.y_m * drag_n
@@ -190,10 +190,10 @@ class _Blade:
         """The largest push sideways."""
         return abs(self.curve.force_n(thrust_n, self.stop_rad, surge_mps)[1])
 
-    def next_n(self, thrust_n: float, dt_s: float) -> float:
-        """The thrust that is next where `thrust_n` is asked for."""
+    def next_n(self, more_n: float, dt_s: float) -> float:
+        """The thrust that is next where so much more is asked for."""
         reach_n = self._force_rate_nps * max(0.0, dt_s)
-        return min(self.thrust_n + reach_n, max(self.thrust_n - reach_n, thrust_n))
+        return self.thrust_n + min(reach_n, max(-reach_n, more_n))
 
     def reach_n(self, thrust_n: float, surge_mps: float, dt_s: float) -> tuple[float, float]:
         """(least, most) push to starboard with what the blade turns in `dt_s`."""

@@ -87,6 +87,14 @@ def test_at_rest_differential_thrust_turns_the_boat() -> None:
     assert abs(result.achieved.surge_n) < 0.05 * TWO.limits.surge_n
 
 
+def test_at_rest_the_rudder_behind_the_screw_that_pushes_ahead_helps() -> None:
+    turn = Wrench(0.0, 0.0, 0.9 * TWO.limits.yaw_nm)
+    result = settle(made(TWO), turn, steps=150)
+    port, _ = result.thrusters
+    assert result.achieved.yaw_nm == pytest.approx(turn.yaw_nm, rel=0.05)
+    assert port.azimuth_rad is not None and port.azimuth_rad < -math.radians(5.0)
+
+
 def test_the_blades_settle_with_the_thrust_that_serves_them() -> None:
     """More blade asks for less differential thrust, which leaves the blade less race: that must not swing."""
     a = made(TWO)
