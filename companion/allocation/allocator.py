@@ -10,6 +10,7 @@ from companion.allocation.astray import Astray
 from companion.allocation.foresight import Foresight, ThrusterPlan
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
+from companion.allocation.shortfall import LIMITED_SHARE, limited_axes
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
 from companion.allocation.strong_side import StrongSide
 from companion.allocation.sway_reach import sway_reach_n
@@ -21,7 +22,6 @@ from companion.core.estimate import NavState, Rig
 from companion.core.setpoint import PATH_STEP_S
 from companion.params.store import Parameters
 
-_LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _IDLE_SHARE = 0.1  # share of full force below which turning a thruster costs no thrust
 _PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
 # Share of a limit that must be missing before a thruster at its stop turns round without thrust; with less it waits
@@ -55,7 +55,7 @@ class _AllocatorBase:
     def __init__(self, config: VesselConfig) -> None:
         self._thrusters = thrusters_of(config)
         self._period_s = 1.0 / config.control_rate_hz
-        limits = config.limits
+        limits = self._limits = config.limits
         self._scales = (limits.surge_n, limits.sway_n, limits.yaw_nm)
         self._forces = [0.0] * len(self._thrusters)
         self._azimuths = [t.sectors.nearest(t.rest_rad, t.rest_rad) for t in self._thrusters]
@@ -127,15 +127,7 @@ class _AllocatorBase:
             shown = None if not t.turns else wrap_pi(azimuth) if t.sectors.endless else azimuth
             commands.append(ThrusterCommand(given, throttle, shown))
         achieved = wrench_of(self._thrusters, forces, self._azimuths)
-        if demanded is None:
-            return Allocation(tuple(commands), achieved, (False, False, False))
-        x, y, n = self._scales
-        limited = (
-            abs(demanded.surge_n - achieved.surge_n) > _LIMITED_SHARE * x,
-            y > 0.0 and abs(demanded.sway_n - achieved.sway_n) > _LIMITED_SHARE * y,
-            abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * n,
-        )
-        return Allocation(tuple(commands), achieved, limited)
+        return Allocation(tuple(commands), achieved, limited_axes(demanded, achieved, self._limits))
 
     @staticmethod
     def _finite(wrench: Wrench) -> Wrench:
@@ -236,8 +228,8 @@ class Allocator(_AllocatorBase):
         self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
         allocation = self._result(asked)
         self._missing = self._largest_share(wrench, allocation.achieved)
-        self._short = self._missing > _LIMITED_SHARE
-        self._beyond_reach = self._largest_share(asked, allocation.achieved) > _LIMITED_SHARE
+        self._short = self._missing > LIMITED_SHARE
+        self._beyond_reach = self._largest_share(asked, allocation.achieved) > LIMITED_SHARE
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
         self._lacking = self._off(wrench, allocation.achieved)
         wanted = self._off(wrench, ZERO_WRENCH)

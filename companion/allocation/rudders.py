@@ -18,6 +18,7 @@ from dataclasses import replace
 from companion.allocation.allocator import Allocator
 from companion.allocation.geometry import Thruster
 from companion.allocation.rudder_curve import RudderCurve
+from companion.allocation.shortfall import limited_axes
 from companion.config.blades import without_blades
 from companion.config.devices import ThrusterConfig
 from companion.config.top_speed import top_speed_mps
@@ -26,7 +27,6 @@ from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
-_LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _RACE_S = 1.0  # in which the race that counts rises with the thrust
 _SHORT_SHARE = 0.1  # of the limit: moment that is missing from which thrust is added for the blades
 _SHORT_S, _MORE_S = 0.5, 1.5  # that must be missing for so long; then thrust grows for so long
@@ -160,18 +160,7 @@ class RuddersAllocator:
             drag_n = ahead_n - command.force_n
             x, y, n = x + drag_n, y + side_n, n + blade.curve.lever_m * side_n - blade.y_m * drag_n
         achieved = Wrench(x, y, n)
-        return Allocation(tuple(commands), achieved, self._limited(demanded, achieved))
-
-    def _limited(self, demanded: Wrench | None, achieved: Wrench) -> tuple[bool, bool, bool]:
-        """Which axes fall short of what is demanded."""
-        if demanded is None:
-            return False, False, False
-        limits = self._limits
-        return (
-            abs(demanded.surge_n - achieved.surge_n) > _LIMITED_SHARE * limits.surge_n,
-            limits.sway_n > 0.0 and abs(demanded.sway_n - achieved.sway_n) > _LIMITED_SHARE * limits.sway_n,
-            abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * limits.yaw_nm,
-        )
+        return Allocation(tuple(commands), achieved, limited_axes(demanded, achieved, self._limits))
 
 
 class _Blade:

@@ -9,12 +9,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
+from companion.allocation.shortfall import limited_axes
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
-
-_LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 
 
 class SteeredAllocator(ABC):
@@ -96,11 +95,4 @@ class SteeredAllocator(ABC):
 
     def _given(self, demanded: Wrench | None, commands: tuple[ThrusterCommand, ...], achieved: Wrench) -> Allocation:
         """The allocation, with the axes that fall short of what is demanded."""
-        if demanded is None:
-            return Allocation(commands, achieved, (False, False, False))
-        limited = (
-            abs(demanded.surge_n - achieved.surge_n) > _LIMITED_SHARE * self._limits.surge_n,
-            False,
-            abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * self._limits.yaw_nm,
-        )
-        return Allocation(commands, achieved, limited)
+        return Allocation(commands, achieved, limited_axes(demanded, achieved, self._limits))
