@@ -20,6 +20,7 @@ LAYOUTS: Mapping[str, str] = {
     "twin-bow": "two fixed thrusters at the stern and one across the bow",
     "vectored": "four fixed thrusters at the corners that push diagonally",
     "azimuth": "one thruster at the stern that turns, such as an outboard",
+    "bow-azimuth": "one thruster at the bow that turns all round, such as a trolling motor that pulls",
     "azimuth-bow": "one at the stern that turns to either side, such as a trolling motor, and one across the bow",
     "two-azimuths": "a turning thruster at either end",
     "rudder": "one fixed propeller at the stern with a rudder behind it",
@@ -27,6 +28,7 @@ LAYOUTS: Mapping[str, str] = {
     "two-rudders": "two fixed propellers at the stern, each with a rudder behind it",
     "jet": "a water jet at the stern with a steered nozzle",
 }
+_STOPS_DEG = {"azimuth": 35.0, "bow-azimuth": 170.0}  # of turning thrusters; others 90
 BOARDS: Mapping[str, str] = {"microcontroller": "an Arduino or another board", "pixhawk": "a Pixhawk with ArduPilot"}
 RECEIVERS: Mapping[str, str] = {"one": "one antenna", "two": "two antennas, which give the heading"}
 
@@ -118,6 +120,7 @@ def _places(a: Answers) -> list[_Place]:
             _Place("stern_starboard", "fixed", -corner_m, half_m, 45.0),
         ],
         "azimuth": [_Place("stern", "azimuth", stern_m, 0.0)],
+        "bow-azimuth": [_Place("bow", "azimuth", -stern_m, 0.0)],
         "azimuth-bow": [_Place("stern", "azimuth", stern_m, 0.0), _Place("bow", "fixed", bow_m, 0.0, 90.0)],
         "rudder": [_Place("propeller", "rudder", stern_m, 0.0)],
         "rudder-bow": [_Place("propeller", "rudder", stern_m, 0.0), _Place("bow", "fixed", bow_m, 0.0, 90.0)],
@@ -142,7 +145,7 @@ def _thruster(a: Answers, place: _Place) -> Iterator[str]:
         yield f"azimuth_deg = {place.azimuth_deg:g}{_comment(_pushes(place.azimuth_deg))}"
     if place.kind == "azimuth":
         yield f"azimuth_rate_dps = 60.0{_comment('estimated; companion thruster-test measures it')}"
-        stop_deg = 35.0 if a.layout == "azimuth" else 90.0
+        stop_deg = _STOPS_DEG.get(a.layout, 90.0)
         yield f"azimuth_min_deg = {-stop_deg}"
         yield f"azimuth_max_deg = {stop_deg}"
         yield "manual_azimuth_deg = 35.0"
