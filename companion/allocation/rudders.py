@@ -100,8 +100,8 @@ class RuddersAllocator:
         water. A non-finite input counts as no demand. `ahead` has no effect: nothing turns for seconds here."""
         if not all(map(math.isfinite, (wrench.surge_n, wrench.sway_n, wrench.yaw_nm, surge_mps))):
             wrench, surge_mps = Wrench(0.0, 0.0, 0.0), 0.0
-        steering_n = self._steering_n() if wrench.surge_n >= 0.0 else 0.0
-        asked = replace(wrench, surge_n=steering_n) if wrench.surge_n < steering_n else wrench
+        steering_n = self._steering_n()
+        asked = replace(wrench, surge_n=steering_n) if 0.0 <= wrench.surge_n < steering_n else wrench
         shares = self._bound_blades(asked.surge_n, surge_mps, dt_s)
         given = self._inner.update(asked, dt_s, surge_mps, planned)
         self._follow(given, dt_s)

@@ -79,6 +79,14 @@ def test_under_way_the_blades_steer_and_the_screws_push_alike() -> None:
     assert abs(port.force_n - starboard.force_n) < 0.5 * 8.0 / 0.2  # less than half of the moment is theirs
 
 
+@pytest.mark.parametrize("boat", [TWO, BOW])
+@pytest.mark.parametrize("surge_mps", [-0.5, 0.0, 1.0])
+def test_thrust_astern_is_given(boat: VesselConfig, surge_mps: float) -> None:
+    result = settle(made(boat), Wrench(-20.0, 0.0, 1.0), surge_mps)
+    assert result.achieved.surge_n == pytest.approx(-20.0, abs=1.0)
+    assert result.achieved.yaw_nm == pytest.approx(1.0, abs=0.2)
+
+
 def test_at_rest_differential_thrust_turns_the_boat() -> None:
     result = settle(made(TWO), Wrench(0.0, 0.0, 0.5 * TWO.limits.yaw_nm))
     port, starboard = result.thrusters
