@@ -2,7 +2,7 @@
 
 Lift and drag of the blade by Whicker and Fehlner (1958) up to its stall, as a flat plate beyond (Hoerner 1965, ch. 7).
 Flow of the race by momentum theory with the share that reaches the blade, and the drift straightened by hull and race,
-by the MMG method (Yasukawa and Yoshimura 2015).
+by the MMG method (Yasukawa and Yoshimura 2015). A propeller that brakes slows the flow by momentum theory, too.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class Rudder(ThrusterModel):
     """As `ThrusterModel`, for a propeller with a rudder, with the speed through the water as further input. `force_n`
     is the propeller's, ahead; `azimuth_rad` the blade's angle, positive where it pushes to starboard.
 
-    The race speed of the propeller is √(U_A² + 2T/(ρ A_P)), of which the blade feels a share; a propeller that runs
-    astern leaves the blade behind it in dead water. Going astern there is the speed alone, from the other edge.
+    The race speed of the propeller is √(U_A² + 2T/(ρ A_P)), of which the blade feels a share; one that runs hard astern
+    leaves the blade behind it in dead water. Going astern there is the speed alone, from the other edge.
     """
 
     __slots__ = ("_blade", "_disc_m2", "_drive", "_lever_m", "_side_n", "_surge_n")
@@ -66,9 +66,10 @@ class Rudder(ThrusterModel):
     def _race_mps(self, surge_mps: float) -> float:
         """Speed of the water along the boat behind the propeller."""
         free_mps = (1.0 - self._blade.wake_share) * surge_mps
-        if self.force_n < 0.0:
-            return min(0.0, free_mps)
         ahead_mps = max(0.0, free_mps)
+        if self.force_n < 0.0:
+            slowed = ahead_mps * ahead_mps + 2.0 * self.given_n / (WATER_KGPM3 * self._disc_m2)
+            return math.sqrt(slowed) if slowed > 0.0 else min(0.0, free_mps)
         jet_mps = math.sqrt(ahead_mps * ahead_mps + 2.0 * self.given_n / (WATER_KGPM3 * self._disc_m2))
         raced_mps = ahead_mps + self._blade.race_gain * (jet_mps - ahead_mps)
         return raced_mps if free_mps >= 0.0 or raced_mps > -free_mps else free_mps

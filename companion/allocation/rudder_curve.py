@@ -44,9 +44,17 @@ class RudderCurve:
         lift = self._rudder.lift(angle_rad)
         return thrust_n - pressure * self._rudder.drag(lift), pressure * lift
 
+    def most_n(self, inflow: float) -> float:
+        """The push sideways at the stop, by the flow U² at the blade, m²/s²."""
+        return self._coefficient * inflow * self._rudder.lift(self._stop_rad)
+
     def angle_rad(self, side_n: float, thrust_n: float, surge_mps: float) -> float:
         """The angle that pushes sideways with `side_n`, held within the stops; 0 where there is no flow."""
-        pressure = self._coefficient * self.inflow(thrust_n, surge_mps)
+        return self.angle_in_flow_rad(side_n, self.inflow(thrust_n, surge_mps))
+
+    def angle_in_flow_rad(self, side_n: float, inflow: float) -> float:
+        """As `angle_rad`, by the flow U² at the blade, m²/s²."""
+        pressure = self._coefficient * inflow
         if pressure < _TINY:
             return 0.0
         lift, slope, cross = abs(side_n) / pressure, self._rudder.slope, self._rudder.cross_flow

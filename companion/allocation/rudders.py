@@ -3,10 +3,10 @@ thrusters across bow or stern.
 
 To the constrained allocation propellers count as fixed, and all blades together as one more thruster across the stern:
 the blades push sideways with up to what the flow over them gives (`RudderCurve`), which changes with speed and thrust.
-So the programme decides what blades, differential thrust and side thrusters do. The race that counts rises slowly with
-the thrust ahead, and in a lull a blade stays as it is for the usual thrust: thrust that comes and goes, as in station
-keeping, carries no rudder. Where a boat without sideways thrust has long had too little moment, thrust ahead for the
-blades is added, up to RUD_STEER of the largest.
+So the programme decides what blades, differential thrust and side thrusters do. The flow that counts rises slowly, and
+in a lull a blade stays as it is for the usual one: thrust that comes and goes, as in station keeping, carries no
+rudder. Where a boat without sideways thrust has long had too little moment, thrust ahead for the blades is added, up to
+RUD_STEER of the largest.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.estimate import NavState, Rig
 from companion.params.store import Parameters
 
-_RACE_S = 1.0  # in which the race that counts rises with the thrust
+_FLOW_S = 1.0  # in which the flow that counts rises, and the usual one follows
 _SHORT_SHARE = 0.1  # of the limit: moment that is missing from which thrust is added for the blades
 _SHORT_S, _MORE_S = 0.5, 1.5  # that must be missing for so long; then thrust grows for so long
 _KEPT_SHARE = 0.9  # of what the blades can give: they need some room to be exact
@@ -46,7 +46,8 @@ class RuddersAllocator:
         if not self._blades:
             raise ValueError(f"{config.name}: no thruster has a rudder")
         top_mps = top_speed_mps(config)
-        most_n = sum(blade.most_n(blade.max_n, top_mps if math.isfinite(top_mps) else 0.0) for blade in self._blades)
+        top_mps = top_mps if math.isfinite(top_mps) else 0.0
+        most_n = sum(blade.curve.most_n(blade.curve.inflow(blade.max_n, top_mps)) for blade in self._blades)
         self._count = len(config.thrusters)
         together = (*without_blades(config.thrusters), _across(self._blades, most_n))
         self._inner = _WithBlades(replace(config, thrusters=together), parameters)
@@ -70,7 +71,7 @@ class RuddersAllocator:
     def neutral(self) -> Allocation:
         """Set all forces to zero; the blades stay where they are."""
         for blade in self._blades:
-            blade.race_n = blade.usual_n = 0.0
+            blade.thrust_n = blade.steady_flow = blade.usual_flow = 0.0
         self._short_s = 0.0
         return self._result(None, self._inner.neutral(), 0.0)
 
@@ -85,7 +86,7 @@ class RuddersAllocator:
             if angle_rad is not None and math.isfinite(angle_rad):
                 blade.turn(angle_rad, dt_s)
         given = self._inner.direct([*thrusters[: self._count]], dt_s, surge_mps)
-        self._follow(given, dt_s)
+        self._follow(given, surge_mps, dt_s)
         return self._result(None, given, surge_mps)
 
     def update(
@@ -104,11 +105,12 @@ class RuddersAllocator:
         asked = replace(wrench, surge_n=steering_n) if 0.0 <= wrench.surge_n < steering_n else wrench
         shares = self._bound_blades(asked.surge_n, surge_mps, dt_s)
         given = self._inner.update(asked, dt_s, surge_mps, planned)
-        self._follow(given, dt_s)
+        self._follow(given, surge_mps, dt_s)
         side_n, whole_n = given.thrusters[self._count].force_n, sum(shares)
         for blade, share_n in zip(self._blades, shares, strict=True):
             part_n = side_n * share_n / whole_n if whole_n > 0.0 else 0.0
-            blade.turn(blade.curve.angle_rad(part_n, max(blade.thrust_n, blade.usual_n), surge_mps), dt_s)
+            flow = max(blade.curve.inflow(blade.thrust_n, surge_mps), blade.usual_flow)
+            blade.turn(blade.curve.angle_in_flow_rad(part_n, flow), dt_s)
         result = self._result(wrench, given, surge_mps)
         missing_nm = math.copysign(1.0, wrench.yaw_nm) * (wrench.yaw_nm - result.achieved.yaw_nm)
         short = -1.0 if self._limits.sway_n > 0.0 else missing_nm / (_SHORT_SHARE * self._limits.yaw_nm) - 1.0
@@ -128,7 +130,8 @@ class RuddersAllocator:
         more_n = (surge_n - sum(blade.thrust_n for blade in self._blades)) / len(self._blades)
         for blade in self._blades:
             thrust_n = blade.next_n(more_n, dt_s)
-            shares.append(_KEPT_SHARE * blade.most_n(min(blade.race_n, max(0.0, thrust_n)), surge_mps))
+            flow = min(blade.steady_flow, blade.curve.inflow(thrust_n, surge_mps))
+            shares.append(_KEPT_SHARE * blade.curve.most_n(flow))
             to_port_n, to_starboard_n = blade.reach_n(thrust_n, surge_mps, dt_s)
             low_n, high_n = low_n + to_port_n, high_n + to_starboard_n
         most_n = sum(shares)
@@ -136,14 +139,14 @@ class RuddersAllocator:
         self._inner.high_n = max(low_n, min(high_n, most_n))
         return shares
 
-    def _follow(self, given: Allocation, dt_s: float) -> None:
-        """Let the race that counts follow the thrust ahead: up slowly, down at once."""
-        share = dt_s / (dt_s + _RACE_S) if dt_s > 0.0 else 0.0
+    def _follow(self, given: Allocation, surge_mps: float, dt_s: float) -> None:
+        """Let the flow that counts follow that of the thrust: up slowly, down at once. The usual one is its mean."""
+        share = dt_s / (dt_s + _FLOW_S) if dt_s > 0.0 else 0.0
         for blade in self._blades:
             blade.thrust_n = given.thrusters[blade.index].force_n
-            blade.usual_n += share * (abs(blade.thrust_n) - blade.usual_n)
-            ahead_n = max(0.0, blade.thrust_n)
-            blade.race_n = min(ahead_n, blade.race_n + share * (ahead_n - blade.race_n))
+            flow = blade.curve.inflow(blade.thrust_n, surge_mps)
+            blade.steady_flow = min(flow, blade.steady_flow + share * (flow - blade.steady_flow))
+            blade.usual_flow += share * (flow - blade.usual_flow)
 
     def _result(self, demanded: Wrench | None, given: Allocation, surge_mps: float) -> Allocation:
         """The commands with the blades' angles, and what all of them give."""
@@ -164,7 +167,7 @@ class RuddersAllocator:
 
 
 class _Blade:
-    """A blade: its angle, the last thrust, that ahead whose race counts, and the usual one to either side."""
+    """A blade: its angle, the last thrust, the flow U² that counts and the usual one, m²/s²."""
 
     def __init__(self, index: int, thruster: ThrusterConfig) -> None:
         self.index, self.y_m, self.max_n = index, thruster.y_m, min(thruster.max_n, thruster.ahead_n)
@@ -173,11 +176,7 @@ class _Blade:
         self.rate_radps = thruster.azimuth_rate_radps
         self._low_rad, self._high_rad = thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0
         self.stop_rad = min(-self._low_rad, self._high_rad)
-        self.angle_rad = self.thrust_n = self.race_n = self.usual_n = 0.0
-
-    def most_n(self, thrust_n: float, surge_mps: float) -> float:
-        """The largest push sideways."""
-        return abs(self.curve.force_n(thrust_n, self.stop_rad, surge_mps)[1])
+        self.angle_rad = self.thrust_n = self.steady_flow = self.usual_flow = 0.0
 
     def next_n(self, more_n: float, dt_s: float) -> float:
         """The thrust that is next where so much more is asked for."""

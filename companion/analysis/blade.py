@@ -50,7 +50,11 @@ class Blade:
         ahead = np.maximum(free, 0.0)
         jet = np.sqrt(ahead * ahead + np.maximum(thrust_n, 0.0) / (0.5 * WATER_KGPM3 * self.disc_m2))
         raced = ahead + gain * (jet - ahead)
-        race = np.where(thrust_n < 0.0, np.minimum(free, 0.0), np.where(raced > -free, raced, free))
+        slowed = np.sqrt(
+            np.maximum(ahead * ahead + np.minimum(thrust_n, 0.0) / (0.5 * WATER_KGPM3 * self.disc_m2), 0.0)
+        )
+        braked = np.where(slowed > 0.0, slowed, np.minimum(free, 0.0))
+        race = np.where(thrust_n < 0.0, braked, np.where(raced > -free, raced, free))
         drift = STRAIGHTENED * across_mps
         shares = ((blade.race_share, race), (1.0 - blade.race_share, free))
         parts = [(share, self._in_flow(along, drift, angle_rad)) for share, along in shares]

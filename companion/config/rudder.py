@@ -24,7 +24,8 @@ class RudderConfig:
     C_L = 1.8 π Λ / (√(Λ² + 4) + 1.8) · δ + (0.8 / Λ) δ|δ|, C_D = 0.0065 + C_L² / (0.9 π Λ).
     Inflow as in the MMG method (Yasukawa and Yoshimura 2015):
     U² = η (U_A + κ (√(U_A² + 2T/(ρ A_P)) − U_A))² + (1 − η) U_A² with U_A = (1 − w) u,
-    η = `race_share`, κ = `race_gain`, w = `wake_share`. A propeller that runs astern leaves the share η without flow.
+    η = `race_share`, κ = `race_gain`, w = `wake_share`. A propeller that runs astern takes speed from the flow over the
+    share η, down to none: there U² = U_A² + 2T/(ρ A_P).
     """
 
     __pydantic_config__ = STRICT
@@ -72,11 +73,11 @@ class RudderConfig:
         return _CROSS_FLOW / self.aspect
 
     def inflow(self, thrust_n: float, surge_mps: float, disc_kgpm: float) -> float:
-        """U² at the blade, in m²/s². `disc_kgpm`: ½ ρ A_P. With the propeller astern only what stands beside the race
-        has flow."""
+        """U² at the blade, in m²/s². `disc_kgpm`: ½ ρ A_P. With the propeller hard astern only what stands beside the
+        race has flow."""
         ahead, free = (1.0 - self.wake_share) * max(0.0, surge_mps), 1.0 - self.race_share
         if thrust_n < 0.0:
-            return free * ahead * ahead
+            return self.race_share * max(0.0, ahead * ahead + thrust_n / disc_kgpm) + free * ahead * ahead
         race = ahead + self.race_gain * (math.sqrt(ahead * ahead + thrust_n / disc_kgpm) - ahead)
         return self.race_share * race * race + free * ahead * ahead
 
