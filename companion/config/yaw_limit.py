@@ -1,15 +1,18 @@
 """The largest yaw moment beside the force ahead that is asked for.
 
 `limits.yaw_nm` is that at rest. Between two fixed thrusters it is bounded by the one that pushes astern, where most
-propellers are weaker; under way the other pushes harder, and the difference of both grows.
+propellers are weaker; under way the other pushes harder, and the difference of both grows. So does the push of rudders
+beside other thrusters, with the race of their propellers.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from companion.config.blades import without_blades
-from companion.config.dimensions.limits import figures, turning_nm
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.limits import figures, rudder_share, turning_nm
 from companion.config.vessel import VesselConfig
 
 _STEPS = 16  # of the table, up to the largest force ahead
@@ -20,18 +23,19 @@ _BY_HAND = 0.01  # a limit of the file that differs so much from that of the thr
 class YawLimit:
     """`nm(surge_n)` → Nm. `most_nm`: the largest beside any force ahead. It never changes.
 
-    It is `limits.yaw_nm` beside any force, except for a boat that only fixed thrusters turn."""
+    It is `limits.yaw_nm` beside any force, except for a boat that only fixed thrusters turn, with rudders or without.
+    """
 
     def __init__(self, config: VesselConfig) -> None:
-        limits, thrusters = config.limits, without_blades(config.thrusters)
+        limits, thrusters = config.limits, config.thrusters
         self._least_nm, self._most_n = limits.yaw_nm, limits.surge_n
         self._table: list[float] = []
         self._strongest = 0  # place in the table of the largest moment
-        if limits.sway_n > 0.0 or any(thruster.kind != "fixed" for thruster in thrusters):
+        if limits.sway_n > 0.0 or any(thruster.kind != "fixed" for thruster in without_blades(thrusters)):
             return
         at_rest_nm = figures(thrusters)[2].value
         if math.isclose(at_rest_nm, limits.yaw_nm, rel_tol=_BY_HAND):
-            self._table = [turning_nm(thrusters, self._most_n * i / _STEPS) for i in range(_STEPS + 1)]
+            self._table = [_turning_nm(thrusters, self._most_n * i / _STEPS) for i in range(_STEPS + 1)]
             self._strongest = self._table.index(max(self._table))
 
     @property
@@ -60,3 +64,13 @@ class YawLimit:
         i = min(_STEPS - 1, int(place))
         low, high = self._table[i], self._table[i + 1]
         return max(self._least_nm, low + (place - i) * (high - low))
+
+
+def _turning_nm(thrusters: Sequence[ThrusterConfig], surge_n: float) -> float:
+    """Largest moment beside that force ahead, as the share of it that limits keep. Of two screws one can push ahead,
+    for its rudder, while the other pushes astern."""
+    rudders = [thruster for thruster in thrusters if thruster.kind == "rudder"]
+    if len(rudders) != 1:
+        return turning_nm(thrusters, surge_n)
+    lever_m = 0.0 if (rudder := rudders[0].rudder) is None else abs(rudder.x_m)
+    return turning_nm(without_blades(thrusters), surge_n) + lever_m * rudder_share(rudders[0]) * surge_n

@@ -1,7 +1,8 @@
 """The highest speed in a bend of a boat that its thrusters' moment turns, by its hull model.
 
 A hull under way resists a turn the more, the faster it goes: at the speed u in a bend of curvature κ a steady turn
-takes (n_r + n_ur u) r + n_rr r², with r = u κ.
+takes (n_r + n_ur u) r + n_rr r², with r = u κ. A hull with fins at the stern, as rudders are, resists more, since it
+drifts outwards with v: (−n_uv − (m22 − m11)) u v. What drift turns a hull further into its bend is left out.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ TURN_SHARE = 0.7
 """Of the yaw moment, that bends are planned with; the rest is for wind, waves and corrections."""
 _SPEEDS = 64
 _FASTEST_MPS = 30.0
+_HALVINGS = 20
 
 Floats = NDArray[np.float64]
 
@@ -54,8 +56,34 @@ class BendSpeeds:
 
 def steady_turn_radps(hull: HullConfig, surge_mps: float, moment_nm: float) -> float:
     """The yaw rate at which the damping of the hull at that speed takes the moment; infinite without damping."""
+    fastest_radps = _turn_radps(hull, surge_mps, moment_nm)
+    against_kg = -hull.damping.n_uv - (hull.m22_kg - hull.m11_kg)
+    if against_kg <= 0.0 or not math.isfinite(fastest_radps):
+        return fastest_radps
+    low, high = 0.0, fastest_radps
+    for _ in range(_HALVINGS):
+        rate_radps = 0.5 * (low + high)
+        drift_nm = against_kg * abs(surge_mps) * _drift_mps(hull, surge_mps, rate_radps)
+        low, high = (
+            (rate_radps, high) if _turn_radps(hull, surge_mps, moment_nm - drift_nm) > rate_radps else (low, rate_radps)
+        )
+    return 0.5 * (low + high)
+
+
+def _turn_radps(hull: HullConfig, surge_mps: float, moment_nm: float) -> float:
+    """Of a hull that does not drift in the turn."""
     d = hull.damping
     linear = d.n_r + d.n_ur * abs(surge_mps)
+    moment_nm = max(0.0, moment_nm)
     if d.n_rr > 0.0:
         return (math.sqrt(linear * linear + 4.0 * d.n_rr * moment_nm) - linear) / (2.0 * d.n_rr)
     return moment_nm / linear if linear > 0.0 else math.inf
+
+
+def _drift_mps(hull: HullConfig, surge_mps: float, rate_radps: float) -> float:
+    """The speed outwards at which the water turns the hull's way: y_v v + y_vv v² + y_uv u v = m11 u r."""
+    d, ahead_mps = hull.damping, abs(surge_mps)
+    linear, force_n = d.y_v + d.y_uv * ahead_mps, hull.m11_kg * ahead_mps * rate_radps
+    if d.y_vv > 0.0:
+        return (math.sqrt(linear * linear + 4.0 * d.y_vv * force_n) - linear) / (2.0 * d.y_vv)
+    return force_n / linear if linear > 0.0 else 0.0

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import VesselConfig, find, load
+from companion.cli.new_file import file_text
+from companion.config.dimensions.limits import rudder_share
+from companion.config.vessel import VesselConfig, find, load, parse
 from companion.config.yaw_limit import YawLimit
+from tests.unit.rudder_boat import ANSWERS, SKIFF
 
 WAMV = load(find("wamv16"))  # two motors of 250 N ahead and 100 N astern, 1.03 m off the middle
 
@@ -55,3 +58,19 @@ def test_a_limit_that_somebody_chose_stays() -> None:
 @pytest.mark.parametrize("name", ["revolt", "rescuerunner", "aboat", "sailbot"])
 def test_other_boats_have_one_limit(name: str) -> None:
     assert flat(load(find(name)))
+
+
+@pytest.mark.parametrize("layout", ["two-rudders", "rudder-bow"])
+def test_rudders_beside_other_thrusters_push_with_the_race_of_the_force_ahead(layout: str) -> None:
+    boat = parse(file_text(replace(ANSWERS, layout=layout, spread_m=0.3, bow_motor="10")), "boat.toml")
+    limit, rudder = YawLimit(boat), boat.thrusters[0].rudder
+    assert rudder is not None
+    surge_n = 0.8 * boat.limits.surge_n
+    by_blades_nm = abs(rudder.x_m) * rudder_share(boat.thrusters[0]) * surge_n
+    assert limit.nm(0.0) == boat.limits.yaw_nm
+    assert limit.nm(surge_n) > by_blades_nm
+    assert limit.nm(surge_n) < 1.3 * by_blades_nm + boat.limits.yaw_nm
+
+
+def test_a_rudder_alone_keeps_the_limit_of_the_file() -> None:
+    assert YawLimit(SKIFF).nm(0.8 * SKIFF.limits.surge_n) == SKIFF.limits.yaw_nm

@@ -11,6 +11,7 @@ import pytest
 from companion.config.hull import DampingConfig, HullConfig
 from companion.config.vessel import find, load
 from companion.config.yaw_limit import YawLimit
+from companion.control.model import coriolis, damping
 from companion.guidance.bend_speed import BendSpeeds, steady_turn_radps
 from companion.guidance.orbit import Circle, OrbitGuidance
 from companion.guidance.speed_profile import BendLimits
@@ -53,6 +54,24 @@ def test_a_steady_turn_without_square_damping() -> None:
     linear = replace(HULL, damping=replace(HULL.damping, n_rr=0.0))
     assert steady_turn_radps(linear, -1.0, 100.0) == pytest.approx(100.0 / (275.2 + 1421.0))
     assert math.isinf(steady_turn_radps(replace(linear, damping=DampingConfig(x_u=1.0)), 0.0, 1.0))
+
+
+@pytest.mark.parametrize("surge_mps", [0.5, 1.0, 1.8])
+def test_a_hull_with_fins_at_its_stern_turns_as_the_equations_of_motion_say(surge_mps: float) -> None:
+    """A launch of 10 m with two rudders, integrated to its steady turn. A moment alone turns it, so it drifts."""
+    damping_of = DampingConfig(
+        x_u=2123.0, y_v=84.0, y_vv=1688.0, n_r=9076.0, n_rr=49800.0, y_uv=2292.0, n_uv=-9018.0, n_ur=50270.0
+    )
+    hull = HullConfig(m11_kg=10030.0, m22_kg=12410.0, m33_kgm2=73310.0, damping=damping_of)
+    v = r = 0.0
+    for _ in range(4000):
+        drag, turning = damping(hull, surge_mps, v, r), coriolis(hull, surge_mps, v, r)
+        v -= 0.02 * (drag[1] + turning[1]) / hull.m22_kg
+        r += 0.02 * (9000.0 - drag[2] - turning[2]) / hull.m33_kgm2
+    assert v < -0.05
+    assert steady_turn_radps(hull, surge_mps, 9000.0) == pytest.approx(r, rel=0.02)
+    adrift = replace(hull, damping=replace(damping_of, n_uv=0.0))
+    assert steady_turn_radps(adrift, surge_mps, 9000.0) > 1.05 * r
 
 
 def test_the_least_of_the_limits_counts() -> None:

@@ -30,7 +30,7 @@ def test_at_rest_it_is_late_by_no_more_than_a_bound() -> None:
 
 def test_only_a_rudder_turns_a_boat_along_an_arc() -> None:
     assert turning_of(OTTER, on_the_spot=True).arc is None
-    rudder = replace(OTTER, thrusters=tuple(replace(one, kind="rudder") for one in OTTER.thrusters))
+    rudder = replace(OTTER, thrusters=(replace(OTTER.thrusters[0], kind="rudder"),))
     assert turning_of(rudder, on_the_spot=False).arc == OTTER.hull
     assert UNKNOWN.late_s(1.0, 0.2) == 0.0
     assert UNKNOWN.steepest_rad(0.1, 10.0, 1.0) == pytest.approx(0.5 * math.pi)
