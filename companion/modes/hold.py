@@ -52,7 +52,7 @@ class HoldMode(Mode):
         self._hold_point = HoldPoint(config, parameters, fence)
         self._circles = WatchCircles(parameters, events)
         self._consequence = ConsequenceCheck(config, parameters, events)
-        self._weathervane = Weathervane(config, parameters, events)
+        self._weathervane = Weathervane(config, parameters, events, fence=fence)
         self._headway = Headway("Hold", events)
         self._jumps = 0
         self._landing = False

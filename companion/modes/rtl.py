@@ -83,7 +83,7 @@ class RtlMode(Mode):
         self._searches = 0
         self._checks: Search[Homeward | str] = Search(charted.submit)
         self._watch = WatchCircles(parameters, events, "RTL")
-        self._weathervane = Weathervane(config, parameters, events, "RTL")
+        self._weathervane = Weathervane(config, parameters, events, "RTL", self._fence)
         self._headway = Headway("RTL", events)
 
     def check(self, inputs: ModeInputs) -> str | None:

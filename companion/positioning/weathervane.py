@@ -8,7 +8,8 @@ A boat that is driven off its point with all its sideways thrust, or whose thrus
 sideways, as those that are left after a failure, gives up any heading: bow on it holds several times as much. The bow
 then turns to where the weather comes from, by the force that it takes at rest; after a failure, to the force that the
 boat asks for, which leads it back to its point. A boat that knows of a failed thruster does not wait until it has
-drifted out of its watch circle, where it would leave that during the turn.
+drifted out of its watch circle, where it would leave that during the turn. Near a fence half of the room there
+counts in place of the watch circle.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from companion.core.decision import ModeInputs, TextKind
 from companion.core.estimate import NavState, without_waves
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned, ned_to_body
+from companion.fence.guard import FenceGuard
 from companion.params.store import Parameters
 from companion.positioning.weather_force import WeatherForce
 
@@ -34,6 +36,7 @@ _DRIVEN_BEGIN_RAD, _DRIVEN_END_RAD = math.radians(2.0), math.radians(1.0)
 # Driven off: share of the sideways limit in the mean; _MEAN_S, which the turn must not outrun; _SETTLE_S.
 _DRIVEN_SHARE, _DRIVEN_MEAN_S, _DRIVEN_SETTLE_S = 0.7, 10.0, 5.0
 _LEAVES_MPS = 0.05  # away from its point, outside the watch circle
+_FENCE_SHARE = 0.5  # of the room between its point and the fence: further off, it is driven off
 _FAST_S = 60.0  # that the bow turns directly, after the heading was given up and outside the watch circle
 _MISSING_SHARE, _MISSING_LEAST = 0.5, 0.1  # too little thrust: missing of the mean demand; of the sideways limit
 _CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
@@ -46,9 +49,16 @@ class Weathervane:
     and from which heading, until when it turns back to that, when it was last outside its watch circle, and what was
     announced."""
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, mode: str = "Hold") -> None:
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        events: EventLog,
+        mode: str = "Hold",
+        fence: FenceGuard | None = None,
+    ) -> None:
         """`mode`: the one that holds, for the texts."""
-        self._mode = mode
+        self._mode, self._fence = mode, fence
         self._surge_n, self._sway_n = config.limits.surge_n, config.limits.sway_n
         self._parameters = parameters
         self._events = events
@@ -111,10 +121,20 @@ class Weathervane:
             self._see_thrusters(inputs)
         elif self._lacks(inputs.now_s) and (left or (inputs.failed and self._will_leave(inputs.nav, place))):
             self._give_up(inputs, "too little sway thrust: bow to weather", True)
-        elif (alarmed or (left and _leaves(inputs.nav, place))) and (
-            self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
-        ):
+        elif self._pushes_hard and (alarmed or self._is_driven(inputs.nav, place, left)):
             self._give_up(inputs, "driven off sideways: bow turns to weather", False)
+
+    @property
+    def _pushes_hard(self) -> bool:
+        """Whether it has nearly no sideways thrust left."""
+        return self._sideways_n > _DRIVEN_SHARE * self._sway_n > 0.0
+
+    def _is_driven(self, nav: NavState, place: tuple[float, float], left: bool) -> bool:
+        """Whether the boat leaves its watch circle, or near a fence its share of the room there."""
+        if not _leaves(nav, place):
+            return False
+        off_m = math.hypot(nav.north_m - place[0], nav.east_m - place[1])
+        return left or (self._fence is not None and off_m > _FENCE_SHARE * self._fence.room_about_m(place))
 
     def see_way(self, inputs: ModeInputs, reference: tuple[float, float]) -> None:
         """As `see`, on the way to a point: the boat should be where its reference is."""

@@ -171,6 +171,22 @@ def test_driven_out_of_its_watch_circle_it_does_not_wait_for_the_alarm(
     assert boat.texts().count(DRIVEN) == (1 if east_mps > 0.0 else 0)
 
 
+@pytest.mark.parametrize("fence_m", [0.0, 6.0])
+def test_driven_towards_a_fence_it_does_not_wait_for_its_watch_circle(
+    free: Callable[..., Boat], fence_m: float
+) -> None:
+    """A model ship crossed a fence 1 m off, 2 m inside its watch circle."""
+    boat = free(DP_WEATHERVANE=0.0, GF_MAX_HOR_DIST=fence_m)
+    limit_n, east_m = boat.config.limits.sway_n, 0.9 * boat.parameters["DP_WATCH_R"]
+    boat.pinned = True
+    for _ in range(200):
+        boat.nav = replace(boat.nav, east_m=east_m, east_mps=0.2, sway_mps=0.2)
+        boat.supervisor.thrust_achieved(Wrench(0.0, -limit_n, 0.0), Wrench(0.0, -limit_n, 0.0))
+        boat.tick()
+    assert "watch_circle_left" not in boat.names() and "fence_breached" not in boat.names()
+    assert boat.texts().count(DRIVEN) == (1 if fence_m else 0)
+
+
 def test_driven_off_to_the_side_where_its_thrusters_push_less_it_gives_up_its_heading_too(
     free: Callable[..., Boat],
 ) -> None:
