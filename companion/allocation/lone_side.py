@@ -15,6 +15,7 @@ from companion.allocation.solver import YAW_PRIORITY
 
 _SOON_S, _LASTS = 2.0, 1.0  # a new demand is taken to last so long; an older one by so many times its age longer
 _LEAST_OFF = 0.01  # of the limits: a demand, or a gain, that is worth no change
+_WORTH_S = 0.2  # of the limits, times seconds, that must be gained as well: little thrust does not reverse in waves
 _BRAKES_SHARE = 0.1  # of the force ahead: a boat that makes way is to brake from so much astern on
 _NOTHING = 1.0e-18
 _MARGIN = 1.05  # on what the present side costs, before the other is better
@@ -34,8 +35,9 @@ class LoneSide:
     """`update` every cycle, then `ahead` and `aim_rad`.
 
     Of both sides it takes the one that misses less of the demand by the time for which that will last, the way to it
-    included: that way gives nothing. A boat that makes way ahead, and is not to brake, is pushed ahead alone: steered by
-    a push astern it would lose its way in every bend. Remembers its side, and how long the same side would have been of more use.
+    included: that way gives nothing. A boat that makes way ahead, and is not to brake, is pushed ahead alone: steered
+    by a push astern it would lose its way in every bend. Remembers its side, and how long the same side would have been
+    of more use.
     """
 
     def __init__(self, thruster: Thruster, scales: tuple[float, float, float]) -> None:
@@ -80,8 +82,8 @@ class LoneSide:
         gives = self._off(surge_n, yaw_nm, present_n, azimuth_rad)  # on its way to where it stays
         lasts_s = _SOON_S + _LASTS * self._lasted_s
         keeps_way = makes_way and surge_n > -_BRAKES_SHARE * self._surge_n
-        wins = _MARGIN * _missing(other, nothing, lasts_s) < _missing(stays, gives, lasts_s)
-        if not self.ahead if keeps_way else wins:
+        wins = _MARGIN * _missing(other, nothing, lasts_s) + _WORTH_S < _missing(stays, gives, lasts_s)
+        if (keeps_way and not self.ahead) or (wins and not keeps_way):
             self.ahead, stays = not self.ahead, other
         self.aim_rad = stays.aim_rad
 
