@@ -9,6 +9,7 @@ from dataclasses import replace
 from companion.allocation.astray import Astray
 from companion.allocation.foresight import Foresight, ThrusterPlan
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
+from companion.allocation.lone_side import LoneSide
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.shortfall import LIMITED_SHARE, limited_axes
 from companion.allocation.solver import YAW_PRIORITY, AllocationSolver, Problem
@@ -145,7 +146,8 @@ class Allocator(_AllocatorBase):
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
     because the thruster reverses at a stop, the thruster turns there without thrust. One that has long wasted much
     power, or a little with ALLOC_ECON, turns with little. One that has long pushed hard in reverse, where it is weaker,
-    turns with thrust.
+    turns with thrust. A thruster that is alone turns to its aim on the side, ahead or astern, that `LoneSide` chooses,
+    and pushes to no other.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, which
     thrusters are turning round, and whether the boat has made way on its planned path.
@@ -159,6 +161,7 @@ class Allocator(_AllocatorBase):
         self._foresight = Foresight(self._thrusters, self._scales, PATH_STEP_S)
         self._foreseen: ThrusterPlan | None = None  # for this cycle
         self._alone = len(self._thrusters) == 1
+        self._lone_side = LoneSide(self._thrusters[0], self._scales)
         self._can_waste = not self._alone and any(t.turns for t in self._thrusters)
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
         self._thrifty = False  # in this cycle
@@ -172,8 +175,7 @@ class Allocator(_AllocatorBase):
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._asked = 0.0  # demand of the axis that is asked for most, likewise
-        # Of the demand, in limits: what is not given, and how much more that would be without thrust.
-        self._lacking = self._useful = 0.0
+        self._useful = 0.0  # how much more of the demand would not be given without thrust, in limits
         self._much_missing = False  # of the demand
         self._has_made_way = False  # on the planned path
         self._crossing: list[float | None] = [None] * count  # azimuth to turn to
@@ -185,6 +187,7 @@ class Allocator(_AllocatorBase):
         self._strong_side = StrongSide(self._thrusters)
         self._thrift = Thrift(self._thrusters)
         self._astray = Astray(self._thrusters)
+        self._lone_side.reset()
         self._foresight.reset()
 
     def set_failed(self, index: int, failed: bool) -> None:
@@ -224,17 +227,16 @@ class Allocator(_AllocatorBase):
         else:
             self._foreseen = self._foresee(wrench, ahead, dt_s)
             aimed = self._foreseen is not None or (planned and self._stays_aimed(surge_mps))
-            self._optimise(wrench, ideal, dt_s, aimed)
+            self._optimise(wrench, ideal, dt_s, aimed, surge_mps > self._way_mps)
         self._has_made_way = planned and (self._has_made_way or surge_mps > self._way_mps)
         allocation = self._result(asked)
         self._missing = self._largest_share(wrench, allocation.achieved)
         self._short = self._missing > LIMITED_SHARE
         self._beyond_reach = self._largest_share(asked, allocation.achieved) > LIMITED_SHARE
         self._asked = self._largest_share(wrench, ZERO_WRENCH)
-        self._lacking = self._off(wrench, allocation.achieved)
-        wanted = self._off(wrench, ZERO_WRENCH)
-        self._useful = max(0.0, wanted - self._lacking)
-        self._much_missing = self._lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
+        lacking, wanted = self._off(wrench, allocation.achieved), self._off(wrench, ZERO_WRENCH)
+        self._useful = max(0.0, wanted - lacking)
+        self._much_missing = lacking > max(_MUCH_SHARE * wanted, _LEAST_WORTH)
         return allocation
 
     def _within_reach(self, wrench: Wrench, planned: bool) -> Wrench:
@@ -275,9 +277,11 @@ class Allocator(_AllocatorBase):
         self._meanwhile_n = [(0.0, 0.0)] * len(self._thrusters)
         self._pushes.clear()
 
-    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, aimed: bool) -> None:
+    def _optimise(
+        self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, aimed: bool, makes_way: bool
+    ) -> None:
         """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths, and `aimed` holds
-        thrusters there."""
+        thrusters there. `makes_way`: ahead through the water."""
         problem, parameters = self._problem, self._parameters
         problem.demand = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
         problem.iterations = int(parameters["ALLOC_ITER"])
@@ -290,7 +294,9 @@ class Allocator(_AllocatorBase):
         astray = not aimed and self._have_gone_astray(wrench, ideal, dt_s)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
-            if t.turns:
+            if t.turns and self._alone:
+                self._steer_alone(t, ideal[i], makes_way, dt_s)
+            elif t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
                 if i not in self._failed:
                     self._consider_turning_round(i, t, ideal[i], dt_s)
@@ -306,6 +312,28 @@ class Allocator(_AllocatorBase):
         self._pushed_n = [
             force if abs(force) > _NOTHING_N else last for force, last in zip(self._forces, self._pushed_n, strict=True)
         ]
+
+    def _steer_alone(self, t: Thruster, ideal: tuple[float, float], makes_way: bool, dt_s: float) -> None:
+        """Bound turn and force of the only thruster: it pushes to one side, and turns to its aim there. Near that the
+        solver weighs force and moment."""
+        problem, present, side = self._problem, self._azimuths[0], self._lone_side
+        reach = t.azimuth_rate_radps * dt_s
+        surge_n, _, yaw_nm = problem.demand
+        side.update((surge_n, yaw_nm), ideal, self._forces[0], present, makes_way, dt_s)
+        low, high = t.sectors.span(present)
+        low, high = max(low, present - reach), min(high, present + reach)
+        aim_rad = present if side.aim_rad is None else side.aim_rad
+        if abs(aim_rad - present) > reach:
+            low = high = present + math.copysign(reach, aim_rad - present)
+        problem.turn_low_rad[0], problem.turn_high_rad[0] = low, max(low, high)
+        problem.preferred_rad[0], problem.preferred_weight[0] = aim_rad, _PULL
+        least, most = problem.force_low_n[0], problem.force_high_n[0]
+        if low == high and not t.sectors.allowed(low):
+            problem.force_low_n[0] = problem.force_high_n[0] = 0.0
+        elif side.ahead:
+            problem.force_low_n[0] = min(most, max(least, 0.0))
+        else:
+            problem.force_high_n[0] = max(least, min(most, 0.0))
 
     def _bound_turn(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the azimuth bounds of one thruster. It crosses without thrust, unless it turns to its strong side.
@@ -362,7 +390,7 @@ class Allocator(_AllocatorBase):
         if self._foreseen is not None:
             self._follow(i, t, self._foreseen)
             return
-        if not self._alone and math.hypot(*ideal) >= _WORTH_AIMING * t.max_n:
+        if math.hypot(*ideal) >= _WORTH_AIMING * t.max_n:
             aim_rad = t.aim_rad(math.atan2(ideal[1], ideal[0]), self._azimuths[i])
             self._turn_with_thrust(i, t, ideal, aim_rad, dt_s)
 
@@ -401,14 +429,9 @@ class Allocator(_AllocatorBase):
         worth = asked > 0.5 or (self._short and self._missing > _LEAST_WORTH)
         if worth and (idle or self._short):
             direction_rad = math.atan2(ideal[1], ideal[0])
-            problem.preferred_rad[i], reverse = self._aim(i, t, direction_rad)
-            if reverse and self._alone and self._missing > _WORTH_A_TURN and math.hypot(*ideal) > -t.min_n:
-                ahead_rad = t.sectors.nearest(direction_rad, present)
-                gives_n = -t.min_n * math.cos(problem.preferred_rad[i] - direction_rad - math.pi)
-                if t.max_n * math.cos(ahead_rad - direction_rad) > gives_n:
-                    problem.preferred_rad[i], reverse = ahead_rad, False
+            problem.preferred_rad[i], _ = self._aim(i, t, direction_rad)
             problem.preferred_weight[i] = _PULL * asked
-            self._consider_crossing(i, t, problem.preferred_rad[i], reverse, dt_s)
+            self._consider_crossing(i, t, problem.preferred_rad[i], dt_s)
         elif idle:
             problem.preferred_rad[i] = (
                 present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
@@ -472,7 +495,7 @@ class Allocator(_AllocatorBase):
                 self._end_turn(i)
             return
         worth = t.reversible or self._short
-        if worth and target_rad is None and not self._alone and not self._others_cross(i):
+        if worth and target_rad is None and not self._others_cross(i):
             target_rad = self._strong_side.way_round_rad(i, t, self._forces[i], self._azimuths[i])
             if target_rad is not None:
                 self._crossing[i] = target_rad
@@ -497,19 +520,17 @@ class Allocator(_AllocatorBase):
             return (ahead, False) if miss_ahead < miss_astern else (astern, True)
         return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 
-    def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, reverse: bool, dt_s: float) -> None:
+    def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, dt_s: float) -> None:
         """Begin to turn without thrust to an azimuth that cannot be reached with thrust, or where the thrust
-        changes its sign (`reverse`: it is to push astern there); at once from inside a forbidden sector."""
+        changes its sign; at once from inside a forbidden sector."""
         present = self._azimuths[i]
-        if self._crossing[i] is not None or (t.sectors.free and not self._alone):
+        if self._crossing[i] is not None or t.sectors.free:
             return
         low, high = t.sectors.span(present)
         apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
-        stopped = t.sectors.free or min(present - low, high - present) < _AT_STOP_RAD
+        stopped = min(present - low, high - present) < _AT_STOP_RAD
         turned = abs(wanted_rad - present) > 0.5 * math.pi
-        if self._alone:  # nothing else gives what is missing while it pushes the wrong way
-            turned = self._forces[i] * (-1.0 if reverse else 1.0) < 0.0
-        pace = 1.0 if apart and not t.sectors.free else self._worth_a_turn() if stopped and turned else 0.0
+        pace = 1.0 if apart else self._worth_a_turn() if stopped and turned else 0.0
         apart = pace > 0.0
         self._apart_s[i] = self._apart_s[i] + pace * dt_s if apart else 0.0
         price_s = self._price_s(t, wanted_rad - present)
@@ -520,17 +541,12 @@ class Allocator(_AllocatorBase):
 
     def _price_s(self, t: Thruster, turn_rad: float) -> float:
         """How long a thruster waits, at full pace, before it turns without thrust: until as much has been missing as
-        the way will cost. Without it the others give little of what is demanded: their moment would turn the boat. A
-        lone one may have to turn back as soon as a wave has passed, and until its thrust is back there is none."""
+        the way will cost. Without it the others give little of what is demanded: their moment would turn the boat."""
         turn_s = abs(turn_rad) / t.azimuth_rate_radps
-        if not self._alone:
-            return self._useful * turn_s / max(_WORTH_A_TURN, self._missing)
-        return 2.0 * self._useful * (turn_s + t.max_n / t.force_rate_nps) / max(_WORTH_A_TURN, self._lacking)
+        return self._useful * turn_s / max(_WORTH_A_TURN, self._missing)
 
     def _worth_a_turn(self) -> float:
         """How much is missing: 1 for so much that a thruster at its stop should turn round at once, 0 for nothing."""
-        if self._alone:
-            return 1.0 if self._missing > _WORTH_A_TURN else 0.0
         if self._missing < _LEAST_WORTH:
             return 0.0
         soon = _SOON if self._missing > _HALF_MISSING * self._asked else 0.0
@@ -542,7 +558,7 @@ class Allocator(_AllocatorBase):
         It stays there by itself, and the others work against it: on the way round with thrust lies a forbidden sector,
         the other way a wrench that is not demanded."""
         force = self._forces[i]
-        if t.sectors.free or self._alone or self._wasted < _WORTH_TURNING_ROUND or abs(force) > _IDLE_SHARE * t.max_n:
+        if t.sectors.free or self._wasted < _WORTH_TURNING_ROUND or abs(force) > _IDLE_SHARE * t.max_n:
             self._against_s[i] = 0.0
             return
         wanted_rad, reverse = self._aim(i, t, math.atan2(ideal[1], ideal[0]))

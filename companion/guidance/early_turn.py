@@ -1,9 +1,10 @@
 """How much earlier than its bow's lag asks for a boat begins a turn that one thruster turns it by, which pushes it out
 of the turn.
 
-An outboard slides its hull out of a turn, so that the course comes after the bow by the lag of the sway. Where the
-water resists turns more than the file says, they take longer; the boat begins one half of that earlier, and ends it
-half of that later. Boats with a difference of thrust wait for their bow instead, and need none of that.
+An outboard slides its hull out of a turn, so that the course comes after the bow by the lag of the sway. Where its
+moment turns the boat slower than PATH_YAW_RATE, as the heading setpoint turns, by the file or because the water resists
+turns more, they take longer; the boat begins one half of that earlier, and ends it half of that later. Boats with a
+difference of thrust wait for their bow instead, and need none of that.
 """
 
 from __future__ import annotations
@@ -56,16 +57,12 @@ class EarlyTurn:
             return usual_s
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         pace = max(_LEAST_MPS, min(nav.surge_mps, 2.0 * planned_mps))
-        usual, now = (self._rate_radps(bends, pace, fastest) for bends in (self._by_file, self.bends))
+        now = fastest if self.bends is None else min(fastest, self.bends.rate_radps(pace))
         turn_rad = min(_MOST_RAD, abs(course_rad(_REACH * pace / now) - course_rad(0.0)))
-        longer_s = turn_rad * (1.0 / now - 1.0 / usual)
+        longer_s = turn_rad * (1.0 / now - 1.0 / fastest)
         slides_s = self._slides_s(self._hull, nav)
         earliest_s = max(usual_s, math.sqrt(2.0 * inside_m / (now * pace)))
         return min(usual_s + 0.5 * longer_s + slides_s, earliest_s)
 
     def _slides_s(self, hull: HullConfig, nav: NavState) -> float:
         return _SLIDE_SHARE * min(_MOST_SHARES, self._resistance) * hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
-
-    @staticmethod
-    def _rate_radps(bends: BendSpeeds | None, pace_mps: float, fastest_radps: float) -> float:
-        return fastest_radps if bends is None else min(fastest_radps, bends.rate_radps(pace_mps))

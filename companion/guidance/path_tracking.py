@@ -522,8 +522,8 @@ class PathTracker:
                 creep_mps(self._parameters) if waits else self._turning_mps(_outside_rad(course, best, nav.yaw_rad)),
             )
         ramp = _ROUNDING_SHARE if self._up.lasts else _SURGE_SHARE
-        asked = _towards(self._surge, surge, ramp * self._parameters["PATH_ACC"] * dt_s)
-        self._surge = max(asked, self._unbraked_mps(nav, ahead, wrap_pi(best - nav.yaw_rad)))
+        wanted = max(surge, self._unbraked_mps(nav, ahead, wrap_pi(best - nav.yaw_rad)))
+        self._surge = _towards(self._surge, wanted, ramp * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
         return PathSetpoint(
             heading,

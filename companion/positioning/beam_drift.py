@@ -27,8 +27,9 @@ class BeamDrift:
     Sideways nothing but the weather moves a boat on a steady heading ψ: v = B·(−sin ψ, cos ψ), after the lag of its
     sway T = m22 / Y(v). A turn adds what the model tells: the centripetal part −m11/m22 u r, and the push N/x of a lone
     thruster at x that steers by its direction with the moment N = m33 ṙ + N(r). A low-pass filter of T over both sides
-    takes the derivatives away, and a Kalman filter finds B from what is left. It sees the component along the hull only
-    as the heading changes; `sigma_mps` is that of the worse axis.
+    takes the derivatives away, and a Kalman filter finds B from what is left. A slide that was there at the beginning
+    may be of a turn before: it counts as doubt, until that time has passed. The filter sees the component along the
+    hull only as the heading changes; `sigma_mps` is that of the worse axis.
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -55,6 +56,7 @@ class BeamDrift:
         self._p = (_FIRST_MPS**2, 0.0, _FIRST_MPS**2)
         self._across: tuple[float, float] | None = None  # direction to starboard, low-pass filtered
         self._rate_radps = self._turned_mps = 0.0
+        self._slide_mps = 0.0  # of the motion at the beginning, that may have been the boat's own
 
     def see(self, nav: NavState, ahead_mps: float, dt_s: float) -> None:
         """`ahead_mps`: the boat's speed ahead through the water."""
@@ -62,6 +64,7 @@ class BeamDrift:
         sway_mps, rate = nav.east_mps * c - nav.north_mps * s, nav.yaw_rate_radps
         if self._across is None:
             self._across, self._rate_radps = (-s, c), rate
+            self._slide_mps = abs(sway_mps - self.east_mps * c + self.north_mps * s)
         lag_s = self._lag_s(sway_mps, self.east_mps * c - self.north_mps * s)
         share = dt_s / (dt_s + lag_s)
         north, east = self._across
@@ -72,7 +75,9 @@ class BeamDrift:
         turned_mps = lag_s * (slowing_nm * self._per_lever + hull.m11_kg / hull.m22_kg * ahead_mps * rate)
         self._turned_mps += share * (turned_mps - self._turned_mps)
         own_mps = self.pivot_m * (rate - self._rate_radps) + self._turned_mps
-        self._correct(sway_mps + own_mps, math.hypot(_GUST_MPS, _OWN_DOUBT * own_mps), self._across, dt_s)
+        self._slide_mps -= share * self._slide_mps
+        sigma_mps = math.hypot(_GUST_MPS, _OWN_DOUBT * own_mps, self._slide_mps)
+        self._correct(sway_mps + own_mps, sigma_mps, self._across, dt_s)
 
     def _lag_s(self, sway_mps: float, drift_mps: float) -> float:
         through_mps = max(_LEAST_SWAY_MPS, abs(sway_mps - drift_mps), abs(drift_mps))

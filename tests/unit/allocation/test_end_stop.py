@@ -76,6 +76,50 @@ def test_pods_at_their_stops_do_not_turn_round_for_every_gust() -> None:
     assert shares_given(boat, "sway_n", across, 4.0) > 0.9
 
 
+def turned_over(boat: VesselConfig, surge: float, yaw: float, surge_mps: float, seconds: float) -> list[Wrench]:
+    """What is given in each cycle after a moment changed its sign, beside a force that stays. In shares of limits."""
+    allocator = Allocator(boat, Parameters(boat.parameters))
+    x, n = surge * boat.limits.surge_n, yaw * boat.limits.yaw_nm
+    for _ in range(50):
+        allocator.update(Wrench(x, 0.0, n), DT_S, surge_mps, planned=True)
+    return [
+        allocator.update(Wrench(x, 0.0, -n), DT_S, surge_mps, planned=True).achieved
+        for _ in range(round(seconds / DT_S))
+    ]
+
+
+@pytest.mark.parametrize("form", ["monohull", "planing"])
+@pytest.mark.parametrize(("surge", "yaw"), [(0.6, 0.9), (0.3, 0.6), (0.8, 1.0), (0.6, -0.9)])
+def test_a_lone_outboard_whose_moment_changes_its_sign_goes_on_pushing_ahead(
+    form: str, surge: float, yaw: float
+) -> None:
+    """It reversed at its stop, braked the boat by 80 N where 85 N ahead were asked for, and stayed there for 2 s."""
+    boat = made("azimuth", form)
+    given = turned_over(boat, surge, yaw, 1.0, 3.0)
+    assert min(wrench.surge_n for wrench in given) >= -1.0e-6
+    late = given[15:]  # its turn from stop to stop takes 1.2 s
+    assert all(wrench.surge_n > 0.8 * surge * boat.limits.surge_n for wrench in late)
+    assert all(-wrench.yaw_nm / (yaw * boat.limits.yaw_nm) > 0.8 for wrench in late)
+
+
+def test_a_lone_outboard_under_way_does_not_steer_by_a_push_astern() -> None:
+    """With hardly any thrust ahead asked for, it steered into a corner by thrust astern, and stood still there."""
+    given = turned_over(made("azimuth", "planing"), 0.05, 0.4, 1.0, 3.0)
+    assert min(wrench.surge_n for wrench in given) >= -1.0e-6
+    at_rest = turned_over(made("azimuth", "planing"), 0.0, 0.4, 0.0, 0.8)
+    assert at_rest[-1].surge_n < 0.0, "at rest it answers sooner so"
+
+
+def test_a_lone_outboard_that_is_to_brake_reverses() -> None:
+    boat = made("azimuth", "planing")
+    allocator = Allocator(boat, Parameters(boat.parameters))
+    x, n = boat.limits.surge_n, boat.limits.yaw_nm
+    for _ in range(30):
+        allocator.update(Wrench(0.5 * x, 0.0, 0.1 * n), DT_S, 1.5, planned=True)
+    given = [allocator.update(Wrench(-0.5 * x, 0.0, 0.1 * n), DT_S, 1.5, planned=True) for _ in range(20)]
+    assert all(a.achieved.surge_n < -0.4 * x for a in given[12:])
+
+
 def test_a_lone_outboard_turns_the_bow_in_waves() -> None:
     """A canoe was carried off: each wave changed the sign of the thrust that was asked for, and the outboard swung from
     stop to stop without any."""

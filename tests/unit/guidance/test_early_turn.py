@@ -44,15 +44,25 @@ def test_a_boat_that_waits_for_its_bow_begins_as_usual() -> None:
 
 
 def test_it_begins_earlier_by_its_slide() -> None:
-    assert begins_s() == pytest.approx(USUAL_S + 0.4 * LAG_S)
+    assert begins_s(corner_deg=0.0) == pytest.approx(USUAL_S + 0.4 * LAG_S)
+
+
+@pytest.mark.parametrize("corner_deg", [90.0, 40.0])
+def test_it_begins_half_of_what_its_moment_takes_longer_than_the_heading_that_is_asked_for(corner_deg: float) -> None:
+    """A catamaran of 2 m turns at 25° a second at most, its heading setpoint at 30: it ran 2.4 m wide in corners."""
+    assert TURNING.bends is not None
+    fastest = math.radians(Parameters(OTTER.parameters)["PATH_YAW_RATE"])
+    rate = TURNING.bends.rate_radps(SPEED_MPS)
+    assert rate < 0.8 * fastest
+    longer_s = math.radians(corner_deg) * (1.0 / rate - 1.0 / fastest)
+    assert begins_s(corner_deg=corner_deg) == pytest.approx(USUAL_S + 0.4 * LAG_S + 0.5 * longer_s)
 
 
 def test_against_more_resistance_it_begins_half_of_what_the_turn_takes_longer_before() -> None:
     """And earlier by its longer slide."""
     fastest = math.radians(Parameters(OTTER.parameters)["PATH_YAW_RATE"])
     assert TURNING.bends is not None
-    rates = [min(fastest, TURNING.bends.resisted(k).rate_radps(SPEED_MPS)) for k in (1.0, 3.0)]
-    longer_s = 0.5 * math.pi * (1.0 / rates[1] - 1.0 / rates[0])
+    longer_s = 0.5 * math.pi * (1.0 / TURNING.bends.resisted(3.0).rate_radps(SPEED_MPS) - 1.0 / fastest)
     assert longer_s > 1.0
     slides_s = 0.8 * LAG_S
     assert begins_s(resistance=3.0) == pytest.approx(USUAL_S + slides_s + 0.5 * longer_s)

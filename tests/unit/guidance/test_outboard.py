@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -42,6 +43,21 @@ def test_before_a_sharp_turn_it_brakes() -> None:
 def test_in_a_sharp_turn_it_goes_on() -> None:
     """A RIB that was 30 degrees behind in its turn went astern, turned no further for 3 s, and was 5 m off."""
     assert surge_mps(True, 20.0, 60.0, 1.5, turning_dps=-10.0) == 1.5
+
+
+def test_the_speed_that_is_asked_for_does_not_jump_as_it_begins_to_turn() -> None:
+    """At a mission that replaced another, it jumped by up to 0.9 m/s to what the boat had."""
+    parameters = Parameters({"WP_SPEED": 2.0, "MPC_XY_VEL_MAX": 2.0})
+    guide = PathTracker(parameters, can_sway=False, turning=Turning(on_the_spot=True, aside=True))
+    guide.start(CORNER, nav_state(20.0, 0.0, 0.0, 1.5), from_here=False)
+    asked = []
+    for k in range(200):
+        turning_dps = -10.0 if k >= 100 else 0.0
+        nav = nav_state(20.0, 0.0, math.radians(60.0), 1.5, yaw_rate_radps=math.radians(turning_dps))
+        asked.append(guide.update(nav, 2.0, 0.1).setpoint.surge_mps)
+    assert asked[99] < 1.0 and asked[-1] == 1.5, "it brakes, and then goes on"
+    steps = [abs(b - a) for a, b in itertools.pairwise(asked)]
+    assert max(steps) <= 1.5 * parameters["PATH_ACC"] * 0.1 + 1.0e-9
 
 
 def test_it_comes_to_rest_where_it_is_told_to() -> None:

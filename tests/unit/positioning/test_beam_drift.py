@@ -107,6 +107,22 @@ def test_it_finds_where_the_wind_carries_a_boat_that_lies_across_against_the_cur
     assert beam.sigma_mps < 0.3
 
 
+@pytest.mark.parametrize("slide_mps", [0.5, -0.4])
+def test_a_slide_from_before_is_not_felt_as_a_drift(slide_mps: float) -> None:
+    """A boat that came to rest out of a turn took its slide for a drift of 0.3 m/s within two seconds, and
+    lay bow to it."""
+    water, beam = Water(0.0, 0.0, 0.0), BeamDrift(BOAT)
+    water.hull.place(0.0, 0.0, 0.0, 0.0, slide_mps, 0.0)
+    felt = []
+    for i in range(200):
+        for _ in range(5):
+            water.step(0.0, 0.0, 0.0, 0.02)
+        nav = water.nav(0.1 * i)
+        beam.see(nav, nav.surge_mps, 0.1)
+        felt.append(math.hypot(beam.north_mps, beam.east_mps))
+    assert max(felt) < 0.15
+
+
 def held(wind_mps: float, current_mps: float, yaw_rad: float, duration_s: float) -> list[tuple[float, float]]:
     """(distance from the point, heading) each tenth of a second, with the current known as it is."""
     water, keeper = Water(wind_mps, current_mps, yaw_rad), BowKeeper(BOAT, Parameters(BOAT.parameters, table_of(BOAT)))
