@@ -62,6 +62,7 @@ _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while i
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
 _SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
+_TURNS_RADPS = 0.05  # a slower turn of the leader does not lead it back past the boat
 
 
 class _LeaderStep(NamedTuple):
@@ -159,7 +160,10 @@ class Clearance:
         self, course_rad: float, speed_mps: float, stop_m: float, nav: NavState, leader: Leader, plan: MotionPlan | None
     ) -> Evasion | None:
         """`course_rad`, `speed_mps`: wanted over ground. `plan`: how these go on; None: unchanged. `stop_m`: distance
-        at which the boat is to stop behind a leader that comes to rest."""
+        at which the boat is to stop behind a leader that comes to rest.
+
+        A leader that turns within the distance that is kept may come straight back. A boat that cannot stop then needs
+        its room before that shows, so it keeps a way out from such a turn, and takes it while there is one."""
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
             radius_m = max(radius_m, _STOP_SHARE * stop_m)
@@ -170,18 +174,42 @@ class Clearance:
             return None
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
-        if not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept:
+        safe = not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept
+        back = self._way_back(nav, leader)
+        if safe and (back is None or self._room_m(nav, back) >= self.radius_m):
             self._course = None
             return None
-        return self._best(course_rad, nav, leader, way, radius_m)
+        return self._best(course_rad, nav, leader, way if back is None else back, radius_m)
+
+    def _way_back(self, nav: NavState, leader: Leader) -> list[_LeaderStep] | None:
+        """The way of a leader that goes on turning until it heads for the boat; None where the boat can lose its way
+        by thrust, or the leader does not turn so tightly that it may come back past it."""
+        turn_radps = leader.yaw_rate_radps
+        if self._can_reverse or leader.astern or abs(turn_radps) < _TURNS_RADPS:
+            return None
+        if 2.0 * leader.speed_mps > self.radius_m * abs(turn_radps):
+            return None
+        bearing = math.atan2(nav.east_m - leader.east_m, nav.north_m - leader.north_m)
+        course = math.atan2(leader.east_mps, leader.north_mps)
+        left_rad = wrap_pi(bearing - course) * math.copysign(1.0, turn_radps)
+        return _leader_way(leader, max(0.0, left_rad) / abs(turn_radps))
+
+    def _room_m(self, nav: NavState, way: list[_LeaderStep]) -> float:
+        """The distance that the best way out keeps."""
+        go_mps = self._go_mps(abs(way[0].speed_mps))
+        return max(self._distances(wrap_pi(nav.yaw_rad + offset), go_mps, nav, way)[0] for offset in self._offsets)
+
+    def _go_mps(self, leader_mps: float) -> float:
+        """The speed ahead at which the boat keeps clear."""
+        faster_mps = leader_mps + max(_FASTER_MPS, 0.5 * self._turning_mps)
+        return min(self._parameters["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
 
     def _best(
         self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_LeaderStep], radius_m: float
     ) -> Evasion:
         """The course and speed of least cost: deviation, reversal, and metres too near."""
-        p = self._parameters
         faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
-        go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
+        go_mps = self._go_mps(abs(leader.speed_mps))
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
         side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
@@ -317,8 +345,8 @@ def _passed_m(north_m: float, east_m: float, leader: _LeaderStep) -> float:
     return abs(de * c - dn * s)
 
 
-def _leader_way(leader: Leader) -> list[_LeaderStep]:
-    """The leader, predicted at the end of each step."""
+def _leader_way(leader: Leader, turns_s: float = _TURN_SEEN_S) -> list[_LeaderStep]:
+    """The leader, predicted at the end of each step. `turns_s`: for how long it goes on turning."""
     speed, push = leader.speed_mps, leader.acceleration_mps2
     sign = -1.0 if leader.astern else 1.0
     course = math.atan2(sign * leader.east_mps, sign * leader.north_mps)
@@ -332,7 +360,7 @@ def _leader_way(leader: Leader) -> list[_LeaderStep]:
             speed = sign * max(0.0, sign * speed + push * _STEP_S)
         elif abs(push) > -_BRAKING_MPS2 and t_s < _PUSH_SEEN_S:
             speed += gained * _STEP_S
-        if t_s < _TURN_SEEN_S:
+        if t_s < turns_s:
             course += leader.yaw_rate_radps * _STEP_S
         north += _STEP_S * speed * math.cos(course)
         east += _STEP_S * speed * math.sin(course)

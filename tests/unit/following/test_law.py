@@ -289,6 +289,16 @@ def test_a_slow_leader_that_turns_back_past_the_boat_is_made_room_for(side: floa
     assert chase.motion.cross_m == pytest.approx(0.0, abs=1.5) and abs(chase.motion.off_m) < 2.0, "and follows it again"
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_jet_gets_out_of_the_way_of_a_slow_leader_while_that_still_turns_back(side: float) -> None:
+    """It waited until the leader headed for it, and came nearer than it keeps: with a real jet, to 9 m of 12."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(15.0, 1.0)
+    chase.sail(math.pi / 0.26, 1.0, side * 0.26)
+    chase.sail(40.0, 1.0)
+    assert chase.least_m > 15.5, "FOLL_MIN_DIST and FOLL_MARGIN"
+
+
 @pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])
 @pytest.mark.parametrize("speed", [0.0, 6.0])
 def test_approach_from_300_m(place: tuple[float, float], speed: float) -> None:
