@@ -74,6 +74,15 @@ class _Approach(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class WayRound:
+    """Places (north_m, east_m) that lead to the follow position, the boat's own left out. `radius_m`: how closely each
+    bend is to be passed."""
+
+    places: tuple[tuple[float, float], ...]
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class FollowMotion:
     """What the boat is to do: course and speed over ground, how they change, and how far it is from its follow
     position."""
@@ -169,16 +178,22 @@ class FollowLaw:
         follow_position: tuple[float, float],
         now_s: float,
         steers_late_s: float = 0.0,
+        way: WayRound | None = None,
     ) -> FollowMotion:
         """One step: the motion that leads to the follow position, or keeps clear of the leader. `steers_late_s`: by how
-        much the yaw loop answers later than the file says."""
+        much the yaw loop answers later than the file says. `way`: the way to sail there, where something lies
+        between."""
         self._preview_s = _PREVIEW_S + _PREVIEW_SHARE * steers_late_s
         changed, self._asked = follow_position != self._asked, follow_position
         self._kept_m = self._kept.of(follow_position)
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
-        found = self._along_track(nav, leader) if self.astern else None
-        motion, plan = self._to_point(nav, leader) if found is None else found
+        found = self._along_track(nav, leader) if self.astern and way is None else None
+        plan: MotionPlan | None
+        if way is not None:
+            motion, plan = self._along_way(nav, leader, way), None
+        else:
+            motion, plan = self._to_point(nav, leader) if found is None else found
         self._resting = self._may_rest(motion, nav, leader, changed)
         stands = abs(leader.speed_mps) <= _STANDING_MPS
         self._rested = stands and not changed and (self._rested or self._resting)
@@ -315,6 +330,30 @@ class FollowLaw:
         if self._can_reverse:
             return math.sqrt(1.4 * self._parameters["PATH_ACC"] * max(0.0, left_m))
         return self._coasting.speed_mps(_COAST_SHARE * left_m)
+
+    # --- round what lies between ---------------------------------------------------------------------------------
+
+    def _along_way(self, nav: NavState, leader: Leader, way: WayRound) -> FollowMotion:
+        """Motion to the next bend of the way, no faster than the boat can be in it."""
+        self._s, self._strayed, self._side = None, True, EITHER
+        point = self._position_point(nav, leader)
+        feed = math.hypot(point.north_mps, point.east_mps)
+        here, bend = (nav.north_m, nav.east_m), way.places[0]
+        off_m = math.dist(here, bend) + sum(math.dist(a, b) for a, b in zip(way.places, way.places[1:], strict=False))
+        speed = max(0.0, self._speed(feed, off_m, leader.acceleration_mps2))
+        if len(way.places) > 1:
+            speed = min(speed, self._before_bend_mps(math.dist(here, bend), way.radius_m))
+        course = math.atan2(bend[1] - nav.east_m, bend[0] - nav.north_m)
+        return FollowMotion(course, speed, 0.0, 0.0, (point.north_m, point.east_m), off_m, None, None, feed)
+
+    def _before_bend_mps(self, left_m: float, radius_m: float) -> float:
+        """The speed from which the boat has slowed down, within `left_m`, to one at which it turns in a circle of that
+        radius."""
+        p = self._parameters
+        bend_mps = max(self._clearance.turning_mps, math.radians(p["PATH_YAW_RATE"]) * radius_m)
+        if self._can_reverse:
+            return math.sqrt(bend_mps * bend_mps + 1.4 * p["PATH_ACC"] * left_m)
+        return self._coasting.speed_mps(self._coasting.way_m(bend_mps) + _COAST_SHARE * left_m)
 
     # --- a point that moves with the leader ------------------------------------------------------------------------
 
