@@ -52,7 +52,7 @@ _LAST_COST_1PM, _LATER_COST_1PM = 0.3, 0.6
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # a slower leader may be coming to rest
 _STOP_SHARE = 0.85  # of the distance at which the boat is to stop
-_OWN_MPS = 0.3  # towards the leader; a slower approach is left to the law
+_OWN_MPS = 0.3  # towards the leader; a slower approach is left to the law. Also of a leader that makes way
 _THRUST_SHARE = 0.4  # of the surge limit, with which a boat that has reverse is predicted to brake and accelerate
 _FASTER_MPS = 0.5  # than the leader, for one that gets out of its way
 _STEERING_SHARE = 0.6  # of the thrust that steers: what drives the boat on meanwhile
@@ -61,6 +61,7 @@ _SLOWEST_SHARE = 0.5  # of the top speed in Follow
 _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
 _SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
+_LEEWAY, _LEAST_DRIFT_MPS = 0.03, 0.15  # share of the wind speed with which it carries a boat; a slower drift is left
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
 _TURNS_RADPS = 0.05  # a slower turn of the leader does not lead it back past the boat
 
@@ -140,6 +141,12 @@ class Clearance:
         """The distance at which the boat moves away again: FOLL_MIN_DIST and a part of FOLL_MARGIN."""
         return self._parameters["FOLL_MIN_DIST"] + _NEAR_SHARE * self._parameters["FOLL_MARGIN"]
 
+    def lying_rad(self, nav: NavState) -> float:
+        """The heading at which the boat lies where it holds: into the drift that it cannot push against sideways; its
+        own without one."""
+        north_mps, east_mps = self._drift(nav)
+        return math.atan2(-east_mps, -north_mps) if north_mps or east_mps else nav.yaw_rad
+
     def nearer_m(self, speed_mps: float) -> float:
         """By how much a boat in the track of a leader comes nearer to it where both make `speed_mps` and the leader
         stops: it loses its way or turns aside, whichever takes less."""
@@ -185,7 +192,7 @@ class Clearance:
         """The way of a leader that goes on turning until it heads for the boat; None where the boat can lose its way
         by thrust, or the leader does not turn so tightly that it may come back past it."""
         turn_radps = leader.yaw_rate_radps
-        if self._can_reverse or leader.astern or abs(turn_radps) < _TURNS_RADPS:
+        if self._can_reverse or leader.speed_mps < _OWN_MPS or abs(turn_radps) < _TURNS_RADPS:
             return None
         if 2.0 * leader.speed_mps > self.radius_m * abs(turn_radps):
             return None
@@ -268,7 +275,8 @@ class Clearance:
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
-        u, v = nav.surge_mps, nav.sway_mps
+        drift_n, drift_e = self._drift(nav)
+        u, v = nav.surge_mps, nav.sway_mps - drift_e * math.cos(yaw) + drift_n * math.sin(yaw)
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
@@ -292,7 +300,8 @@ class Clearance:
             c, s = math.cos(yaw), math.sin(yaw)
             if self._can_reverse or slides:
                 v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
-                slip_n, slip_e = -v * s, v * c
+                across = v + drift_e * c - drift_n * s
+                slip_n, slip_e = -across * s, across * c
             else:
                 slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
             north += _STEP_S * (u * c + slip_n)
@@ -301,6 +310,18 @@ class Clearance:
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1])
         return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _drift(self, nav: NavState) -> tuple[float, float]:
+        """The velocity (north, east) with which wind and current carry a boat aside that can stop, but not push itself
+        sideways. Zero for others, and where it is not known surely."""
+        if not self._can_reverse or self._aside_mps > 0.0:
+            return 0.0, 0.0
+        north_mps, east_mps = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        if nav.wind_speed_mps is not None and nav.wind_from_rad is not None:
+            north_mps -= _LEEWAY * nav.wind_speed_mps * math.cos(nav.wind_from_rad)
+            east_mps -= _LEEWAY * nav.wind_speed_mps * math.sin(nav.wind_from_rad)
+        sure = math.hypot(north_mps, east_mps) > max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
+        return (north_mps, east_mps) if sure else (0.0, 0.0)
 
     def _along_mps(self, speed_mps: float, off_rad: float) -> float:
         """The speed along the hull that is predicted: a boat that coasts is taken to have all of it at once."""

@@ -199,10 +199,11 @@ class FollowLaw:
         self._rested = stands and not changed and (self._rested or self._resting)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
-        near_m = 0.0 if found is None else self.distance_m  # a boat that rounds the leader passes it nearer
-        evasion = self._clearance.update(
-            motion.course_rad, motion.speed_mps, near_m, nav, leader, None if self._resting else plan
-        )
+        # a boat that rounds the leader passes it nearer, and one that holds beside it may drift as it turns its bow
+        held = self._resting and self._can_reverse
+        near_m = 0.0 if found is None or held else self.distance_m
+        course = self._clearance.lying_rad(nav) if self._resting else motion.course_rad
+        evasion = self._clearance.update(course, motion.speed_mps, near_m, nav, leader, None if self._resting else plan)
         if evasion is None:
             return motion
         self._strayed = True

@@ -19,7 +19,7 @@ from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
-from tests.unit.following.leaders import DT_S, Jet, Lead, Twin, leader_at
+from tests.unit.following.leaders import DT_S, Carried, Jet, Lead, Twin, leader_at
 from tests.unit.guidance.test_long_hulls import LAUNCH
 
 JET = load(find("rescuerunner"))
@@ -297,6 +297,25 @@ def test_a_jet_gets_out_of_the_way_of_a_slow_leader_while_that_still_turns_back(
     chase.sail(math.pi / 0.26, 1.0, side * 0.26)
     chase.sail(40.0, 1.0)
     assert chase.least_m > 15.5, "FOLL_MIN_DIST and FOLL_MARGIN"
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 40.0])
+def test_a_current_that_sets_the_boat_onto_a_leader_at_rest_is_allowed_for(heading_deg: float) -> None:
+    """It was expected to carry the boat nowhere: an Otter that turned its bow into it came to 9.9 m of 12."""
+    otter = load(find("otter"))
+    chase = Chase(Carried(otter, -19.0, 0.0, math.radians(heading_deg)), Lead(0.0, 0.0), otter)
+    chase.sail(90.0, 0.0)
+    assert chase.least_m > LEAST_M
+
+
+def test_a_boat_that_cannot_push_itself_sideways_lies_bow_to_its_drift() -> None:
+    otter, jet = load(find("otter")), load(find("rescuerunner"))
+    nav = replace(AT_REST, yaw_rad=1.0, current_north_mps=0.0, current_east_mps=0.6, current_accuracy_mps=0.1)
+    lies = Clearance(otter, Parameters(otter.parameters), can_reverse=True)
+    assert lies.lying_rad(nav) == pytest.approx(-0.5 * math.pi)
+    assert lies.lying_rad(replace(nav, current_accuracy_mps=0.7)) == 1.0, "not surely known"
+    assert lies.lying_rad(replace(nav, current_east_mps=0.1)) == 1.0, "too slow"
+    assert Clearance(jet, Parameters(jet.parameters), can_reverse=False).lying_rad(nav) == 1.0
 
 
 @pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])
