@@ -38,6 +38,9 @@ _PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
 _COAST_SHARE = 0.9  # of the way that is left, in which the hull must be able to run out
 _LEAST_MPS = 0.3  # a slower velocity has no direction
+# To the follow position: within it the boat closes up as gently as if that stood still, which evens out what receivers
+# make of the gap; further off it counts on the way that the leader goes on meanwhile.
+_GENTLE_M = 3.0
 _BEHIND_SHARE = 0.6  # of the leader's speed: by it a boat that is too far ahead drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
@@ -321,7 +324,9 @@ class FollowLaw:
         if pull <= 0.0:
             return max(-most, pull)
         if self._can_reverse:
-            allowed = math.sqrt(feed_mps * feed_mps + 1.4 * p["PATH_ACC"] * off_m) - feed_mps
+            braking_mps2 = 1.4 * p["PATH_ACC"]
+            gently = math.sqrt(feed_mps * feed_mps + braking_mps2 * off_m) - feed_mps
+            allowed = max(gently, math.sqrt(braking_mps2 * max(0.0, off_m - _GENTLE_M)))
         else:
             allowed = self._coasting.speed_mps(self._coasting.way_m(feed_mps) + _COAST_SHARE * off_m) - feed_mps
         return max(0.0, min(most, pull, allowed))

@@ -133,6 +133,16 @@ def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
     assert chase.motion.off_m == pytest.approx(0.0, abs=0.7)
 
 
+def test_a_boat_that_brakes_counts_on_the_way_that_the_leader_goes_on_while_it_closes_up() -> None:
+    """From 25 m behind its place ÅBOAT took 52 s, as if that place stood still: behind a leader of 1 m/s 43 s do."""
+    aboat = load(find("aboat"))
+    chase = Chase(Twin(aboat, -45.0, 0.0), Lead(0.0, 0.0), aboat)
+    chase.sail(46.0, 1.0)
+    assert chase.motion.off_m < 3.0
+    chase.sail(30.0, 1.0)
+    assert chase.motion.off_m == pytest.approx(0.0, abs=1.0) and chase.least_m > 19.0
+
+
 def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
     for speed, gap in ((8.2, 20.0), (4.0, 20.0), (8.2, 45.0)):
         chase = astern_of(Lead(0.0, 0.0), gap)
