@@ -44,6 +44,7 @@ _GENTLE_M = 3.0
 _BEHIND_SHARE = 0.6  # of the leader's speed: by it a boat that is too far ahead drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
+_STOP_REACH = 1.2  # times the least distance astern
 _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
@@ -141,6 +142,12 @@ class FollowLaw:
         return self._kept_m
 
     @property
+    def _stop_m(self) -> float:
+        """The distance at which the boat is to stop behind the leader, at most: a longer one is no matter of safety,
+        and in a sharp bend the straight distance to the leader is shorter."""
+        return _STOP_REACH * self._kept.of((0.0, math.pi))
+
+    @property
     def astern(self) -> bool:
         """Whether the follow position lies on the leader's track."""
         return abs(wrap_pi(self._asked[1] - math.pi)) < _ASTERN_RAD
@@ -204,7 +211,7 @@ class FollowLaw:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
         # a boat that rounds the leader passes it nearer, and one that holds beside it may drift as it turns its bow
         held = self._resting and self._can_reverse
-        near_m = 0.0 if found is None or held else self.distance_m
+        near_m = 0.0 if found is None or held else min(self.distance_m, self._stop_m)
         course = self._clearance.lying_rad(nav) if self._resting else motion.course_rad
         evasion = self._clearance.update(course, motion.speed_mps, near_m, nav, leader, None if self._resting else plan)
         if evasion is None:

@@ -143,6 +143,18 @@ def test_a_boat_that_brakes_counts_on_the_way_that_the_leader_goes_on_while_it_c
     assert chase.motion.off_m == pytest.approx(0.0, abs=1.0) and chase.least_m > 19.0
 
 
+def test_a_boat_far_behind_a_slow_leader_does_not_make_room_for_it_in_a_sharp_bend() -> None:
+    """At 45 m it stood still for 12 s, and fell 19 m behind: the leader was nearer than 0.85 times that."""
+    otter = load(find("otter"))
+    far = (45.0, math.pi)
+    chase = Chase(Twin(otter, -45.0, 0.0), Lead(0.0, 0.0), otter)
+    chase.sail(30.0, 1.5, follow_position=far)
+    for turn, duration_s in ((0.26, 6.0), (0.0, 24.0)):
+        for _ in range(round(duration_s / DT_S)):
+            chase.sail(DT_S, 1.5, turn, far)
+            assert not chase.motion.evading and abs(chase.motion.off_m) < 3.0
+
+
 def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
     for speed, gap in ((8.2, 20.0), (4.0, 20.0), (8.2, 45.0)):
         chase = astern_of(Lead(0.0, 0.0), gap)
