@@ -47,9 +47,9 @@ class FollowMode(Mode):
     """Follows in the track of the lead boat, or beside it. Beside a leader at rest the boat holds its position if it
     has reverse thrust; otherwise it drifts.
 
-    Remembers the state of its law, the follow position that it holds beside a leader at rest, and the way made. It also
-    remembers whether it waits inside the fence because the follow position is outside or the way there is, by which way
-    it goes round the fence meanwhile, and whether it waits for the leader.
+    Remembers the state of its law, the follow position that it holds beside a leader at rest, whether it stops before
+    that, and the way made. It also remembers whether it waits inside the fence because the follow position is outside
+    or the way there is, by which way it goes round the fence meanwhile, and whether it waits for the leader.
     """
 
     declaration = ModeDeclaration(
@@ -105,7 +105,7 @@ class FollowMode(Mode):
         self._headway = Headway("Follow", events)
         self._keeping_up = KeepingUp(events)
         self._held: tuple[float, float] | None = None
-        self._waiting = False
+        self._waiting = self._stopping = False
         self._barred_s = -math.inf  # when the fence last barred the way
         self._way: WayRound | None = None  # round the fence
         self._looked_s = -math.inf
@@ -147,7 +147,7 @@ class FollowMode(Mode):
         self._thesis.start()
         self._headway.reset()
         self._held = self._way = None
-        self._waiting = self._standing_by = False
+        self._waiting = self._standing_by = self._stopping = False
         return None
 
     def stand_by(self, inputs: ModeInputs) -> Setpoint:
@@ -189,17 +189,22 @@ class FollowMode(Mode):
             return self._thesis.update(nav, leader, inputs.station[0], inputs.dt_s)
         if motion.resting and self._reverses:
             return self._shown(self._rest(motion, leader, inputs), motion)
-        self._held = None
+        self._held, self._stopping = None, False
         self._make_way(motion, nav, inputs)
         return self.law.setpoint(motion, nav, inputs.dt_s)
 
     # --- beside a leader at rest -----------------------------------------------------------------------------------
 
     def _rest(self, motion: FollowMotion, leader: Leader, inputs: ModeInputs) -> Setpoint:
-        """Hold the follow position, with the leader's heading."""
+        """Hold the follow position, with the leader's heading. A boat that is faster than it may be there first
+        stops."""
         self.law.let_go()
-        if self._held is None:
+        fast = math.hypot(inputs.nav.north_mps, inputs.nav.east_mps) > BESIDE_MPS
+        if self._held is None and not self._stopping:
             self._hold_point.stop_here(inputs.nav)
+        self._stopping = self._held is None and fast
+        if self._stopping:
+            return self._hold_point.update(inputs.nav, None, min(inputs.speed_mps, BESIDE_MPS), inputs.dt_s)
         if self._held is None or math.dist(self._held, motion.target) > _MOVED_M:
             self._hold_point.go_to(inputs.nav, *motion.target, leader.yaw_rad, None, fresh=False)
             self._held = motion.target

@@ -81,6 +81,25 @@ def test_a_leader_at_rest_is_lain_by_in_dynamic_positioning(boat: Boat) -> None:
     assert boat.helm.mode.stuck_s(boat.now_s) is None
 
 
+@pytest.mark.parametrize("speed_mps", [0.4, 1.8])
+def test_a_boat_too_fast_beside_a_leader_at_rest_stops_before_it_goes_to_its_place(
+    make_boat: Callable[..., Boat], speed_mps: float
+) -> None:
+    """It turned round to that place at the speed that it had, on the thrust that turns it: at 2.7 m/s."""
+    config = load(find("otter"))
+    boat = make_boat(config, **config.parameters)
+    lead = LeadBoat(boat)
+    lead.ahead_m, lead.speed_mps = 17.5, 0.0
+    lead.run(2.0)
+    assert boat.supervisor.arm(boat.now_s, force=True).accepted
+    assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    boat.nav = replace(boat.nav, surge_mps=speed_mps, north_mps=speed_mps)
+    lead.tick()
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.progress.place is not None
+    stops = boat.setpoint.progress.place.north_m > 5.0  # where a stop would bring it
+    assert stops == (speed_mps > 1.2)
+
+
 def test_a_jet_at_rest_has_no_thrust(make_boat: Callable[..., Boat]) -> None:
     config = load(find("rescuerunner"))
     boat = make_boat(config, **config.parameters)
