@@ -52,7 +52,7 @@ _LAST_COST_1PM, _LATER_COST_1PM = 0.3, 0.6
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # a slower leader may be coming to rest
 _STOP_SHARE = 0.85  # of the distance at which the boat is to stop
-_OWN_MPS = 0.3  # towards the leader; a slower approach is left to the law
+_OWN_MPS = 0.3  # towards the leader; a slower approach is left to the law. Also of a leader that makes way
 _THRUST_SHARE = 0.4  # of the surge limit, with which a boat that has reverse is predicted to brake and accelerate
 _FASTER_MPS = 0.5  # than the leader, for one that gets out of its way
 _STEERING_SHARE = 0.6  # of the thrust that steers: what drives the boat on meanwhile
@@ -61,7 +61,9 @@ _SLOWEST_SHARE = 0.5  # of the top speed in Follow
 _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while its bow points elsewhere
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
 _SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
+_LEEWAY, _LEAST_DRIFT_MPS = 0.03, 0.15  # share of the wind speed with which it carries a boat; a slower drift is left
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
+_TURNS_RADPS = 0.05  # a slower turn of the leader does not lead it back past the boat
 
 
 class _LeaderStep(NamedTuple):
@@ -139,6 +141,12 @@ class Clearance:
         """The distance at which the boat moves away again: FOLL_MIN_DIST and a part of FOLL_MARGIN."""
         return self._parameters["FOLL_MIN_DIST"] + _NEAR_SHARE * self._parameters["FOLL_MARGIN"]
 
+    def lying_rad(self, nav: NavState) -> float:
+        """The heading at which the boat lies where it holds: into the drift that it cannot push against sideways; its
+        own without one."""
+        north_mps, east_mps = self._drift(nav)
+        return math.atan2(-east_mps, -north_mps) if north_mps or east_mps else nav.yaw_rad
+
     def nearer_m(self, speed_mps: float) -> float:
         """By how much a boat in the track of a leader comes nearer to it where both make `speed_mps` and the leader
         stops: it loses its way or turns aside, whichever takes less."""
@@ -159,7 +167,10 @@ class Clearance:
         self, course_rad: float, speed_mps: float, stop_m: float, nav: NavState, leader: Leader, plan: MotionPlan | None
     ) -> Evasion | None:
         """`course_rad`, `speed_mps`: wanted over ground. `plan`: how these go on; None: unchanged. `stop_m`: distance
-        at which the boat is to stop behind a leader that comes to rest."""
+        at which the boat is to stop behind a leader that comes to rest.
+
+        A leader that turns within the distance that is kept may come straight back. A boat that cannot stop then needs
+        its room before that shows, so it keeps a way out from such a turn, and takes it while there is one."""
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
             radius_m = max(radius_m, _STOP_SHARE * stop_m)
@@ -170,18 +181,42 @@ class Clearance:
             return None
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
-        if not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept:
+        safe = not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept
+        back = self._way_back(nav, leader)
+        if safe and (back is None or self._room_m(nav, back) >= self.radius_m):
             self._course = None
             return None
-        return self._best(course_rad, nav, leader, way, radius_m)
+        return self._best(course_rad, nav, leader, way if back is None else back, radius_m)
+
+    def _way_back(self, nav: NavState, leader: Leader) -> list[_LeaderStep] | None:
+        """The way of a leader that goes on turning until it heads for the boat; None where the boat can lose its way
+        by thrust, or the leader does not turn so tightly that it may come back past it."""
+        turn_radps = leader.yaw_rate_radps
+        if self._can_reverse or leader.speed_mps < _OWN_MPS or abs(turn_radps) < _TURNS_RADPS:
+            return None
+        if 2.0 * leader.speed_mps > self.radius_m * abs(turn_radps):
+            return None
+        bearing = math.atan2(nav.east_m - leader.east_m, nav.north_m - leader.north_m)
+        course = math.atan2(leader.east_mps, leader.north_mps)
+        left_rad = wrap_pi(bearing - course) * math.copysign(1.0, turn_radps)
+        return _leader_way(leader, max(0.0, left_rad) / abs(turn_radps))
+
+    def _room_m(self, nav: NavState, way: list[_LeaderStep]) -> float:
+        """The distance that the best way out keeps."""
+        go_mps = self._go_mps(abs(way[0].speed_mps))
+        return max(self._distances(wrap_pi(nav.yaw_rad + offset), go_mps, nav, way)[0] for offset in self._offsets)
+
+    def _go_mps(self, leader_mps: float) -> float:
+        """The speed ahead at which the boat keeps clear."""
+        faster_mps = leader_mps + max(_FASTER_MPS, 0.5 * self._turning_mps)
+        return min(self._parameters["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
 
     def _best(
         self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_LeaderStep], radius_m: float
     ) -> Evasion:
         """The course and speed of least cost: deviation, reversal, and metres too near."""
-        p = self._parameters
         faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
-        go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
+        go_mps = self._go_mps(abs(leader.speed_mps))
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
         side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
@@ -240,7 +275,8 @@ class Clearance:
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
-        u, v = nav.surge_mps, nav.sway_mps
+        drift_n, drift_e = self._drift(nav)
+        u, v = nav.surge_mps, nav.sway_mps - drift_e * math.cos(yaw) + drift_n * math.sin(yaw)
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
@@ -264,7 +300,8 @@ class Clearance:
             c, s = math.cos(yaw), math.sin(yaw)
             if self._can_reverse or slides:
                 v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
-                slip_n, slip_e = -v * s, v * c
+                across = v + drift_e * c - drift_n * s
+                slip_n, slip_e = -across * s, across * c
             else:
                 slip_n, slip_e = _SLIP_KEPT * slip_n, _SLIP_KEPT * slip_e
             north += _STEP_S * (u * c + slip_n)
@@ -273,6 +310,18 @@ class Clearance:
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1])
         return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _drift(self, nav: NavState) -> tuple[float, float]:
+        """The velocity (north, east) with which wind and current carry a boat aside that can stop, but not push itself
+        sideways. Zero for others, and where it is not known surely."""
+        if not self._can_reverse or self._aside_mps > 0.0:
+            return 0.0, 0.0
+        north_mps, east_mps = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        if nav.wind_speed_mps is not None and nav.wind_from_rad is not None:
+            north_mps -= _LEEWAY * nav.wind_speed_mps * math.cos(nav.wind_from_rad)
+            east_mps -= _LEEWAY * nav.wind_speed_mps * math.sin(nav.wind_from_rad)
+        sure = math.hypot(north_mps, east_mps) > max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
+        return (north_mps, east_mps) if sure else (0.0, 0.0)
 
     def _along_mps(self, speed_mps: float, off_rad: float) -> float:
         """The speed along the hull that is predicted: a boat that coasts is taken to have all of it at once."""
@@ -317,8 +366,8 @@ def _passed_m(north_m: float, east_m: float, leader: _LeaderStep) -> float:
     return abs(de * c - dn * s)
 
 
-def _leader_way(leader: Leader) -> list[_LeaderStep]:
-    """The leader, predicted at the end of each step."""
+def _leader_way(leader: Leader, turns_s: float = _TURN_SEEN_S) -> list[_LeaderStep]:
+    """The leader, predicted at the end of each step. `turns_s`: for how long it goes on turning."""
     speed, push = leader.speed_mps, leader.acceleration_mps2
     sign = -1.0 if leader.astern else 1.0
     course = math.atan2(sign * leader.east_mps, sign * leader.north_mps)
@@ -332,7 +381,7 @@ def _leader_way(leader: Leader) -> list[_LeaderStep]:
             speed = sign * max(0.0, sign * speed + push * _STEP_S)
         elif abs(push) > -_BRAKING_MPS2 and t_s < _PUSH_SEEN_S:
             speed += gained * _STEP_S
-        if t_s < _TURN_SEEN_S:
+        if t_s < turns_s:
             course += leader.yaw_rate_radps * _STEP_S
         north += _STEP_S * speed * math.cos(course)
         east += _STEP_S * speed * math.sin(course)

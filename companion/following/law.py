@@ -38,9 +38,13 @@ _PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
 _COAST_SHARE = 0.9  # of the way that is left, in which the hull must be able to run out
 _LEAST_MPS = 0.3  # a slower velocity has no direction
+# To the follow position: within it the boat closes up as gently as if that stood still, which evens out what receivers
+# make of the gap; further off it counts on the way that the leader goes on meanwhile.
+_GENTLE_M = 3.0
 _BEHIND_SHARE = 0.6  # of the leader's speed: by it a boat that is too far ahead drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
+_STOP_REACH = 1.2  # times the least distance astern
 _STANDING_MPS = 0.5  # a slower leader stands still
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # how far a resting boat may drift: fixed part, share of the distance
 _COAST_MPS = 0.6  # a boat without reverse that is too fast by this coasts
@@ -71,6 +75,15 @@ class _Approach(NamedTuple):
     closing_mps: float
     way_m: float
     side: int
+
+
+@dataclass(frozen=True, slots=True)
+class WayRound:
+    """Places (north_m, east_m) that lead to the follow position, the boat's own left out. `radius_m`: how closely each
+    bend is to be passed."""
+
+    places: tuple[tuple[float, float], ...]
+    radius_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +142,12 @@ class FollowLaw:
         return self._kept_m
 
     @property
+    def _stop_m(self) -> float:
+        """The distance at which the boat is to stop behind the leader, at most: a longer one is no matter of safety,
+        and in a sharp bend the straight distance to the leader is shorter."""
+        return _STOP_REACH * self._kept.of((0.0, math.pi))
+
+    @property
     def astern(self) -> bool:
         """Whether the follow position lies on the leader's track."""
         return abs(wrap_pi(self._asked[1] - math.pi)) < _ASTERN_RAD
@@ -169,25 +188,32 @@ class FollowLaw:
         follow_position: tuple[float, float],
         now_s: float,
         steers_late_s: float = 0.0,
+        way: WayRound | None = None,
     ) -> FollowMotion:
         """One step: the motion that leads to the follow position, or keeps clear of the leader. `steers_late_s`: by how
-        much the yaw loop answers later than the file says."""
+        much the yaw loop answers later than the file says. `way`: the way to sail there, where something lies
+        between."""
         self._preview_s = _PREVIEW_S + _PREVIEW_SHARE * steers_late_s
         changed, self._asked = follow_position != self._asked, follow_position
         self._kept_m = self._kept.of(follow_position)
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
-        found = self._along_track(nav, leader) if self.astern else None
-        motion, plan = self._to_point(nav, leader) if found is None else found
+        found = self._along_track(nav, leader) if self.astern and way is None else None
+        plan: MotionPlan | None
+        if way is not None:
+            motion, plan = self._along_way(nav, leader, way), None
+        else:
+            motion, plan = self._to_point(nav, leader) if found is None else found
         self._resting = self._may_rest(motion, nav, leader, changed)
         stands = abs(leader.speed_mps) <= _STANDING_MPS
         self._rested = stands and not changed and (self._rested or self._resting)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
-        near_m = 0.0 if found is None else self.distance_m  # a boat that rounds the leader passes it nearer
-        evasion = self._clearance.update(
-            motion.course_rad, motion.speed_mps, near_m, nav, leader, None if self._resting else plan
-        )
+        # a boat that rounds the leader passes it nearer, and one that holds beside it may drift as it turns its bow
+        held = self._resting and self._can_reverse
+        near_m = 0.0 if found is None or held else min(self.distance_m, self._stop_m)
+        course = self._clearance.lying_rad(nav) if self._resting else motion.course_rad
+        evasion = self._clearance.update(course, motion.speed_mps, near_m, nav, leader, None if self._resting else plan)
         if evasion is None:
             return motion
         self._strayed = True
@@ -305,7 +331,9 @@ class FollowLaw:
         if pull <= 0.0:
             return max(-most, pull)
         if self._can_reverse:
-            allowed = math.sqrt(feed_mps * feed_mps + 1.4 * p["PATH_ACC"] * off_m) - feed_mps
+            braking_mps2 = 1.4 * p["PATH_ACC"]
+            gently = math.sqrt(feed_mps * feed_mps + braking_mps2 * off_m) - feed_mps
+            allowed = max(gently, math.sqrt(braking_mps2 * max(0.0, off_m - _GENTLE_M)))
         else:
             allowed = self._coasting.speed_mps(self._coasting.way_m(feed_mps) + _COAST_SHARE * off_m) - feed_mps
         return max(0.0, min(most, pull, allowed))
@@ -315,6 +343,30 @@ class FollowLaw:
         if self._can_reverse:
             return math.sqrt(1.4 * self._parameters["PATH_ACC"] * max(0.0, left_m))
         return self._coasting.speed_mps(_COAST_SHARE * left_m)
+
+    # --- round what lies between ---------------------------------------------------------------------------------
+
+    def _along_way(self, nav: NavState, leader: Leader, way: WayRound) -> FollowMotion:
+        """Motion to the next bend of the way, no faster than the boat can be in it."""
+        self._s, self._strayed, self._side = None, True, EITHER
+        point = self._position_point(nav, leader)
+        feed = math.hypot(point.north_mps, point.east_mps)
+        here, bend = (nav.north_m, nav.east_m), way.places[0]
+        off_m = math.dist(here, bend) + sum(math.dist(a, b) for a, b in zip(way.places, way.places[1:], strict=False))
+        speed = max(0.0, self._speed(feed, off_m, leader.acceleration_mps2))
+        if len(way.places) > 1:
+            speed = min(speed, self._before_bend_mps(math.dist(here, bend), way.radius_m))
+        course = math.atan2(bend[1] - nav.east_m, bend[0] - nav.north_m)
+        return FollowMotion(course, speed, 0.0, 0.0, (point.north_m, point.east_m), off_m, None, None, feed)
+
+    def _before_bend_mps(self, left_m: float, radius_m: float) -> float:
+        """The speed from which the boat has slowed down, within `left_m`, to one at which it turns in a circle of that
+        radius."""
+        p = self._parameters
+        bend_mps = max(self._clearance.turning_mps, math.radians(p["PATH_YAW_RATE"]) * radius_m)
+        if self._can_reverse:
+            return math.sqrt(bend_mps * bend_mps + 1.4 * p["PATH_ACC"] * left_m)
+        return self._coasting.speed_mps(self._coasting.way_m(bend_mps) + _COAST_SHARE * left_m)
 
     # --- a point that moves with the leader ------------------------------------------------------------------------
 

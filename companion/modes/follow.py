@@ -25,7 +25,7 @@ from companion.core.setpoint import PathSetpoint, Point, Setpoint, WrenchSetpoin
 from companion.fence.guard import FenceGuard
 from companion.following.clearance import closes_too_fast
 from companion.following.keeping_up import KeepingUp
-from companion.following.law import BESIDE_MPS, FollowLaw, FollowMotion
+from companion.following.law import BESIDE_MPS, FollowLaw, FollowMotion, WayRound
 from companion.guidance.coasting import Coasting
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
@@ -39,15 +39,17 @@ _MAKING_WAY_MPS = 0.5
 _DECIDE_S = 1.0
 _FREE_S = 2.0  # for which the way must be free before a boat that waits inside the fence goes on: it has slowed down
 _FASTEST_MPS = 25.0
+_LOOK_S = 0.5  # between two looks for a way round the fence: the follow position moves
+_TURN_SHARE = 0.75  # of PATH_YAW_RATE, that the boat surely reaches
 
 
 class FollowMode(Mode):
     """Follows in the track of the lead boat, or beside it. Beside a leader at rest the boat holds its position if it
     has reverse thrust; otherwise it drifts.
 
-    Remembers the state of its law, the follow position that it holds beside a leader at rest, and the way made. It also
-    remembers whether it waits inside the fence because the follow position is outside, and whether it waits for the
-    leader.
+    Remembers the state of its law, the follow position that it holds beside a leader at rest, whether it stops before
+    that, and the way made. It also remembers whether it waits inside the fence because the follow position is outside
+    or the way there is, by which way it goes round the fence meanwhile, and whether it waits for the leader.
     """
 
     declaration = ModeDeclaration(
@@ -103,8 +105,10 @@ class FollowMode(Mode):
         self._headway = Headway("Follow", events)
         self._keeping_up = KeepingUp(events)
         self._held: tuple[float, float] | None = None
-        self._waiting = False
+        self._waiting = self._stopping = False
         self._barred_s = -math.inf  # when the fence last barred the way
+        self._way: WayRound | None = None  # round the fence
+        self._looked_s = -math.inf
         self._standing_by = False
         self._by_thesis = False
         self._way_m = 0.0
@@ -142,8 +146,8 @@ class FollowMode(Mode):
         self.law.start(inputs.nav, inputs.leader, inputs.station, inputs.now_s)
         self._thesis.start()
         self._headway.reset()
-        self._held = None
-        self._waiting = self._standing_by = False
+        self._held = self._way = None
+        self._waiting = self._standing_by = self._stopping = False
         return None
 
     def stand_by(self, inputs: ModeInputs) -> Setpoint:
@@ -170,32 +174,37 @@ class FollowMode(Mode):
         nav, leader = inputs.nav, inputs.leader
         if leader is None:
             return self._wait(nav, inputs)
-        motion = self.law.update(nav, leader, inputs.station, inputs.now_s, inputs.steers_late_s)
+        motion = self.law.update(nav, leader, inputs.station, inputs.now_s, inputs.steers_late_s, self._way)
         by_thesis = self._parameters["FOLL_LAW"] == _THESIS
         if by_thesis and not self._by_thesis:
             self._thesis.start()
         self._by_thesis = by_thesis
-        if self._must_wait(motion, nav, inputs) and not motion.evading:
+        if self._must_wait(motion, nav, inputs) and self._way is None and not motion.evading:
             return self._shown(self._wait(nav, inputs), motion)
         if not motion.evading and closes_too_fast(
             nav, leader, self._parameters["FOLL_MIN_DIST"], self._parameters["FOLL_TTC"]
         ):
             return self._shown(self._braked(nav), motion)
-        if by_thesis:
+        if by_thesis and self._way is None:
             return self._thesis.update(nav, leader, inputs.station[0], inputs.dt_s)
         if motion.resting and self._reverses:
             return self._shown(self._rest(motion, leader, inputs), motion)
-        self._held = None
+        self._held, self._stopping = None, False
         self._make_way(motion, nav, inputs)
         return self.law.setpoint(motion, nav, inputs.dt_s)
 
     # --- beside a leader at rest -----------------------------------------------------------------------------------
 
     def _rest(self, motion: FollowMotion, leader: Leader, inputs: ModeInputs) -> Setpoint:
-        """Hold the follow position, with the leader's heading."""
+        """Hold the follow position, with the leader's heading. A boat that is faster than it may be there first
+        stops."""
         self.law.let_go()
-        if self._held is None:
+        fast = math.hypot(inputs.nav.north_mps, inputs.nav.east_mps) > BESIDE_MPS
+        if self._held is None and not self._stopping:
             self._hold_point.stop_here(inputs.nav)
+        self._stopping = self._held is None and fast
+        if self._stopping:
+            return self._hold_point.update(inputs.nav, None, min(inputs.speed_mps, BESIDE_MPS), inputs.dt_s)
         if self._held is None or math.dist(self._held, motion.target) > _MOVED_M:
             self._hold_point.go_to(inputs.nav, *motion.target, leader.yaw_rad, None, fresh=False)
             self._held = motion.target
@@ -204,27 +213,70 @@ class FollowMode(Mode):
     # --- the fence -------------------------------------------------------------------------------------------------
 
     def _must_wait(self, motion: FollowMotion, nav: NavState, inputs: ModeInputs) -> bool:
-        """Whether following would lead out of the fence. The boat then stops inside and waits until the follow position
-        is inside too."""
+        """Whether following would lead out of the fence. The boat then stops inside, and goes round the fence where it
+        can; else it waits until the follow position is inside too."""
         fence = self._fence
         if fence.areas() is None:
-            self._waiting = False
+            self._waiting, self._way = False, None
             return False
         here = (nav.north_m, nav.east_m)
-        beyond = fence.point_refusal(*motion.target) or (
-            fence.line_refusal((here, self._stop(nav))) if fence.point_refusal(*here) is None else None
-        )
+        outside = fence.point_refusal(*motion.target)
+        beyond = outside
+        if self._way is None and fence.point_refusal(*here) is None:
+            beyond = beyond or fence.line_refusal((here, self._stop(nav)))
         if self._waiting:
             beyond = beyond or fence.line_refusal((here, motion.target))
         if beyond is not None:
             self._barred_s = inputs.now_s
         if beyond is not None and not self._waiting:
-            self._hold_point.stop_here(nav)
-            self._held = None
-            self._tell(inputs.now_s, TextKind.ATTENTION, "follow_waits", f"Follow waits inside the fence: {beyond}")
+            self._stop_inside(beyond, nav, inputs.now_s)
         elif self._waiting and inputs.now_s - self._barred_s >= _FREE_S:
+            self._way = None
             self._tell(inputs.now_s, TextKind.ROUTINE, "follow_goes_on", "Follow: going on")
+        if self._waiting:
+            self._go_round(outside, motion, nav, inputs.now_s)
         return self._waiting
+
+    def _stop_inside(self, beyond: str, nav: NavState, now_s: float) -> None:
+        self._hold_point.stop_here(nav)
+        self._held = None
+        self._tell(now_s, TextKind.ATTENTION, "follow_waits", f"Follow waits inside the fence: {beyond}")
+
+    def _go_round(self, outside: str | None, motion: FollowMotion, nav: NavState, now_s: float) -> None:
+        """Look for a way round the fence to a follow position inside it, and take it once the boat is so slow that it
+        can turn there. A way round a fence with very many corners takes too long to find."""
+        going = self._way is not None
+        if outside is not None or not self._has_room(nav, going):
+            if going:
+                self._way = None
+                self._stop_inside(outside or "no room", nav, now_s)
+            return
+        if now_s - self._looked_s < _LOOK_S or not self._fence.allowed.is_small:
+            return
+        self._looked_s = now_s
+        way = self._fence.way((nav.north_m, nav.east_m), motion.target)
+        if way is None:
+            if going:
+                self._way = None
+                self._stop_inside("no way round", nav, now_s)
+            return
+        if not going and len(way.points) == 2:
+            return  # straight: it goes on by itself
+        radius_m = self._parameters["NAV_ACC_RAD"] if way.radius_m is None else way.radius_m
+        self._way = WayRound(way.points[1:], radius_m)
+        if not going:
+            text = f"Follow goes round the fence: {way.length_m:.0f} m"
+            self._events.say(now_s, TextKind.ROUTINE, "follow_goes_round", text)
+
+    def _has_room(self, nav: NavState, going: bool) -> bool:
+        """Whether the boat stops before the fence, or can turn before it and is about to."""
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        if speed < _MAKING_WAY_MPS:
+            return True
+        place = (nav.north_m, nav.east_m)
+        room_m = self._fence.room_m(place, math.atan2(nav.east_mps, nav.north_mps))
+        turn_m = _DECIDE_S * speed + speed / (_TURN_SHARE * math.radians(self._parameters["PATH_YAW_RATE"]))
+        return room_m >= (min(turn_m, math.dist(place, self._stop(nav))) if going else turn_m)
 
     def _tell(self, now_s: float, kind: TextKind, name: str, text: str) -> None:
         """Wait or go on, and say so: each is news after the other, however soon."""

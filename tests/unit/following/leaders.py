@@ -122,3 +122,29 @@ class Twin(Jet):
         u += min(gained, max(-gained, wanted - u))
         rate += (min(self.turns_radps, max(-self.turns_radps, turn)) - rate) * DT_S / 0.6
         return self._go(u, rate)
+
+
+class Carried(Twin):
+    """A twin that a known current carries north, against which it cannot push itself sideways."""
+
+    current_mps = 0.6
+
+    def step(self, setpoint: Setpoint) -> NavState:
+        super().step(setpoint)
+        nav, c, s = self.nav, math.cos(self.nav.yaw_rad), math.sin(self.nav.yaw_rad)
+        surge = nav.surge_mps if isinstance(setpoint, PathSetpoint) else self.current_mps * c
+        sway = -self.current_mps * s
+        north, east = surge * c - sway * s, surge * s + sway * c
+        self.nav = replace(
+            nav,
+            north_m=nav.north_m + (north - nav.north_mps) * DT_S,
+            east_m=nav.east_m + (east - nav.east_mps) * DT_S,
+            surge_mps=surge,
+            sway_mps=sway,
+            north_mps=north,
+            east_mps=east,
+            current_north_mps=self.current_mps,
+            current_east_mps=0.0,
+            current_accuracy_mps=0.05,
+        )
+        return self.nav

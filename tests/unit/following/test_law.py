@@ -19,7 +19,7 @@ from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
-from tests.unit.following.leaders import DT_S, Jet, Lead, Twin, leader_at
+from tests.unit.following.leaders import DT_S, Carried, Jet, Lead, Twin, leader_at
 from tests.unit.guidance.test_long_hulls import LAUNCH
 
 JET = load(find("rescuerunner"))
@@ -131,6 +131,28 @@ def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
         chase.sail(DT_S, 14.0)
         assert not chase.motion.evading
     assert chase.motion.off_m == pytest.approx(0.0, abs=0.7)
+
+
+def test_a_boat_that_brakes_counts_on_the_way_that_the_leader_goes_on_while_it_closes_up() -> None:
+    """From 25 m behind its place ÅBOAT took 52 s, as if that place stood still: behind a leader of 1 m/s 43 s do."""
+    aboat = load(find("aboat"))
+    chase = Chase(Twin(aboat, -45.0, 0.0), Lead(0.0, 0.0), aboat)
+    chase.sail(46.0, 1.0)
+    assert chase.motion.off_m < 3.0
+    chase.sail(30.0, 1.0)
+    assert chase.motion.off_m == pytest.approx(0.0, abs=1.0) and chase.least_m > 19.0
+
+
+def test_a_boat_far_behind_a_slow_leader_does_not_make_room_for_it_in_a_sharp_bend() -> None:
+    """At 45 m it stood still for 12 s, and fell 19 m behind: the leader was nearer than 0.85 times that."""
+    otter = load(find("otter"))
+    far = (45.0, math.pi)
+    chase = Chase(Twin(otter, -45.0, 0.0), Lead(0.0, 0.0), otter)
+    chase.sail(30.0, 1.5, follow_position=far)
+    for turn, duration_s in ((0.26, 6.0), (0.0, 24.0)):
+        for _ in range(round(duration_s / DT_S)):
+            chase.sail(DT_S, 1.5, turn, far)
+            assert not chase.motion.evading and abs(chase.motion.off_m) < 3.0
 
 
 def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
@@ -287,6 +309,35 @@ def test_a_slow_leader_that_turns_back_past_the_boat_is_made_room_for(side: floa
     assert chase.least_m > LEAST_M + 1.0
     chase.sail(35.0, 1.0, follow_position=(15.0, math.pi))
     assert chase.motion.cross_m == pytest.approx(0.0, abs=1.5) and abs(chase.motion.off_m) < 2.0, "and follows it again"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_jet_gets_out_of_the_way_of_a_slow_leader_while_that_still_turns_back(side: float) -> None:
+    """It waited until the leader headed for it, and came nearer than it keeps: with a real jet, to 9 m of 12."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(15.0, 1.0)
+    chase.sail(math.pi / 0.26, 1.0, side * 0.26)
+    chase.sail(40.0, 1.0)
+    assert chase.least_m > 15.5, "FOLL_MIN_DIST and FOLL_MARGIN"
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 40.0])
+def test_a_current_that_sets_the_boat_onto_a_leader_at_rest_is_allowed_for(heading_deg: float) -> None:
+    """It was expected to carry the boat nowhere: an Otter that turned its bow into it came to 9.9 m of 12."""
+    otter = load(find("otter"))
+    chase = Chase(Carried(otter, -19.0, 0.0, math.radians(heading_deg)), Lead(0.0, 0.0), otter)
+    chase.sail(90.0, 0.0)
+    assert chase.least_m > LEAST_M
+
+
+def test_a_boat_that_cannot_push_itself_sideways_lies_bow_to_its_drift() -> None:
+    otter, jet = load(find("otter")), load(find("rescuerunner"))
+    nav = replace(AT_REST, yaw_rad=1.0, current_north_mps=0.0, current_east_mps=0.6, current_accuracy_mps=0.1)
+    lies = Clearance(otter, Parameters(otter.parameters), can_reverse=True)
+    assert lies.lying_rad(nav) == pytest.approx(-0.5 * math.pi)
+    assert lies.lying_rad(replace(nav, current_accuracy_mps=0.7)) == 1.0, "not surely known"
+    assert lies.lying_rad(replace(nav, current_east_mps=0.1)) == 1.0, "too slow"
+    assert Clearance(jet, Parameters(jet.parameters), can_reverse=False).lying_rad(nav) == 1.0
 
 
 @pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])

@@ -81,6 +81,25 @@ def test_a_leader_at_rest_is_lain_by_in_dynamic_positioning(boat: Boat) -> None:
     assert boat.helm.mode.stuck_s(boat.now_s) is None
 
 
+@pytest.mark.parametrize("speed_mps", [0.4, 1.8])
+def test_a_boat_too_fast_beside_a_leader_at_rest_stops_before_it_goes_to_its_place(
+    make_boat: Callable[..., Boat], speed_mps: float
+) -> None:
+    """It turned round to that place at the speed that it had, on the thrust that turns it: at 2.7 m/s."""
+    config = load(find("otter"))
+    boat = make_boat(config, **config.parameters)
+    lead = LeadBoat(boat)
+    lead.ahead_m, lead.speed_mps = 17.5, 0.0
+    lead.run(2.0)
+    assert boat.supervisor.arm(boat.now_s, force=True).accepted
+    assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    boat.nav = replace(boat.nav, surge_mps=speed_mps, north_mps=speed_mps)
+    lead.tick()
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.progress.place is not None
+    stops = boat.setpoint.progress.place.north_m > 5.0  # where a stop would bring it
+    assert stops == (speed_mps > 1.2)
+
+
 def test_a_jet_at_rest_has_no_thrust(make_boat: Callable[..., Boat]) -> None:
     config = load(find("rescuerunner"))
     boat = make_boat(config, **config.parameters)
@@ -130,6 +149,49 @@ def test_each_wait_inside_the_fence_is_said(make_boat: Callable[..., Boat]) -> N
     told = [name for name in boat.names() if name in ("follow_waits", "follow_goes_on")]
     assert told == ["follow_waits", "follow_goes_on", "follow_waits"]
     assert isinstance(boat.setpoint, PoseSetpoint) and boat.status.mode is ModeId.FOLLOW
+
+
+def forbidden(boat: Boat, *corners: tuple[float, float]) -> None:
+    """A zone that the boat must keep out of, by its corners in m north and east."""
+    items = []
+    for seq, corner in enumerate(corners):
+        lat_deg, lon_deg = boat.point(*corner)
+        lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
+        items.append(PlanItem(seq, 5002, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
+    boat.plans.replace(PlanKind.FENCE, items)
+
+
+@pytest.mark.parametrize(("name", "leader_mps"), [("revolt", 0.5), ("rescuerunner", 3.0)])
+def test_a_zone_that_the_leader_passes_through_is_gone_round(
+    make_boat: Callable[..., Boat], name: str, leader_mps: float
+) -> None:
+    """It waited before the zone for ever."""
+    config = load(find(name))
+    boat = make_boat(config, **{**config.parameters, "GF_ACTION": 2.0})
+    forbidden(boat, (60.0, -25.0), (60.0, 20.0), (80.0, 20.0), (80.0, -25.0))
+    lead = LeadBoat(boat)
+    lead.speed_mps = leader_mps
+    following(boat, lead, 5.0)
+    for _ in range(4000):
+        lead.tick()
+        assert not (60.0 < boat.nav.north_m < 80.0 and -25.0 < boat.nav.east_m < 20.0)
+    assert gap_m(boat, lead) == pytest.approx(20.0, abs=3.0) and abs(boat.nav.east_m) < 2.0
+    told = [text for text in boat.texts() if text.startswith("Follow")]
+    assert any(text.startswith("Follow goes round the fence: ") for text in told)
+    assert told[-1] == "Follow: going on"
+
+
+def test_before_a_zone_without_a_way_round_the_boat_waits(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(GF_ACTION=2)
+    fenced(boat)
+    items = list(boat.plans.items(PlanKind.FENCE))
+    forbidden(boat, (20.0, -70.0), (20.0, 70.0), (30.0, 70.0), (30.0, -70.0))
+    both = [*items, *boat.plans.items(PlanKind.FENCE)]
+    boat.plans.replace(PlanKind.FENCE, [replace(item, seq=seq) for seq, item in enumerate(both)])
+    lead = LeadBoat(boat)
+    following(boat, lead, 100.0)
+    assert boat.nav.north_m < 20.0 and gap_m(boat, lead) > 35.0
+    assert "follow_waits" in boat.names() and "follow_goes_round" not in boat.names()
 
 
 def test_gone_on_with_after_a_failsafe_had_it_in_neutral(boat: Boat) -> None:
