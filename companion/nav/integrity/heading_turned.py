@@ -108,7 +108,7 @@ class HeadingTurned(Hypothesis):
                 self._sample(samples[at])
                 at += 1
             if Channel(Sense.VELOCITY, seen.source) not in evidence.distrusted:
-                self._compare(_Point(seen, evidence.model), evidence.yaw_rad)
+                self._compare(_Point(seen, evidence.model))
         for imu in samples[at:]:
             self._sample(imu)
 
@@ -116,7 +116,7 @@ class HeadingTurned(Hypothesis):
         if self._felt is None or not self._felt.sample(imu):
             self._felt, self._before = Felt(imu), None
 
-    def _compare(self, point: _Point, yaw_rad: float) -> None:
+    def _compare(self, point: _Point) -> None:
         """The gains of a window, at its end."""
         before, (seen, model) = self._before, point
         if self._felt is None or (before is not None and before.seen.source != seen.source):
@@ -124,18 +124,24 @@ class HeadingTurned(Hypothesis):
         passed_s = math.inf if before is None else seen.t_s - before.seen.t_s
         if passed_s < _WINDOW_S:
             return
-        self._before, felt = point, self._felt.parts.gained()
+        self._before, parts = point, self._felt.parts
         self._felt.parts = Parts()
         if before is None or passed_s > _LONGEST_S or before.model.run != model.run:
             return
+        if not parts.tells(before.seen.yaw_rad, seen.yaw_rad):
+            return
+        half_rad = 0.5 * parts.turned_rad
+        felt = ned_to_body(*parts.gained(), half_rad)
         gained = seen.north_mps - before.seen.north_mps, seen.east_mps - before.seen.east_mps
         last = before.model
         thrust = model.pushed_ahead_mps - last.pushed_ahead_mps, model.pushed_starboard_mps - last.pushed_starboard_mps
         sigma_mps = max(_LEAST_SIGMA_MPS, math.sqrt(2.0) * seen.sigma_mps)
         if math.hypot(*gained) > _JUMP_SHARE * math.hypot(*felt) + _JUMP_SIGMAS * sigma_mps:
             return  # no turn makes more of what was felt: it has jumped, or the boat gathers way steadily
-        gained, self._slow = _quick(ned_to_body(*gained, yaw_rad), self._slow, passed_s)
-        thrust, self._slow_model = _quick(thrust, self._slow_model, passed_s)
+        middle = ned_to_body(*gained, before.seen.yaw_rad + half_rad)
+        lasts_s = passed_s * (math.sin(half_rad) / half_rad if half_rad else 1.0)
+        gained, self._slow = _quick(middle, self._slow, passed_s, lasts_s)
+        thrust, self._slow_model = _quick(thrust, self._slow_model, passed_s, passed_s)
         self._weigh(gained, felt, sigma_mps)
         product, kept = felt[0] * thrust[0] + felt[1] * thrust[1], math.exp(-passed_s / _FORGOTTEN_S)
         self._both = kept * self._both + product
@@ -159,9 +165,10 @@ class HeadingTurned(Hypothesis):
                 self._found[source] = LieFound(channel, fault, now_s - _LONGEST_S, asks=True, lasting=True, loses=True)
 
 
-def _quick(gained: Pair, slow_mps2: Pair, passed_s: float) -> tuple[Pair, Pair]:
-    """A gain of velocity without its slow part, and that slow part with it, as `Felt` has it of forces."""
+def _quick(gained: Pair, slow_mps2: Pair, passed_s: float, lasts_s: float) -> tuple[Pair, Pair]:
+    """A gain of velocity without its slow part, and that slow part with it, as `Felt` has it of forces. `lasts_s`: the
+    time that the slow part adds up over, along the axes of the middle: less than has passed where the boat turns."""
     share = passed_s / LEVEL_TIME_S
-    x = slow_mps2[0] + share * (gained[0] / passed_s - slow_mps2[0])
-    y = slow_mps2[1] + share * (gained[1] / passed_s - slow_mps2[1])
-    return (gained[0] - passed_s * x, gained[1] - passed_s * y), (x, y)
+    x = slow_mps2[0] + share * (gained[0] / lasts_s - slow_mps2[0])
+    y = slow_mps2[1] + share * (gained[1] / lasts_s - slow_mps2[1])
+    return (gained[0] - lasts_s * x, gained[1] - lasts_s * y), (x, y)
