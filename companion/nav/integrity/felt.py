@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass, field
 
 from companion.core.angles import wrap_pi
+from companion.core.frames import ned_to_body
 from companion.core.readings import Imu
 
 AXES = ("x", "y", "roll", "pitch")
@@ -30,9 +31,16 @@ class Parts:
     starboard: list[float] = field(default_factory=lambda: [0.0] * len(AXES))
     turned_rad: float = 0.0
 
-    def gained(self) -> tuple[float, float]:
-        """Of all axes together, m/s."""
-        return sum(self.forward), sum(self.starboard)
+    def gained(self, turned_rad: float = 0.0) -> tuple[float, float]:
+        """Of all axes together, m/s, along the axes that the boat has after that turn."""
+        return ned_to_body(sum(self.forward), sum(self.starboard), turned_rad)
+
+    def reversed(self, turned_rad: float) -> list[tuple[float, float]]:
+        """As `gained`, had each axis the other sign."""
+        return [
+            ned_to_body(sum(self.forward) - 2.0 * forward, sum(self.starboard) - 2.0 * starboard, turned_rad)
+            for forward, starboard in zip(self.forward, self.starboard, strict=True)
+        ]
 
     def tells(self, from_rad: float, to_rad: float) -> bool:
         """Whether the turn is small enough to tell directions in it, and that of the estimate's headings."""

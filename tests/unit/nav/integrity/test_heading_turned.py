@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.frames import body_to_ned
+from companion.core.frames import body_to_ned, ned_to_body
 from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sense
 from companion.nav.integrity.heading_turned import HeadingTurned
 from companion.nav.integrity.imu_reversed import ImuReversed
@@ -16,6 +16,7 @@ from tests.unit.nav.integrity.honest_boat import GRAVITY, ROLL_RAD, ROLL_RADPS, 
 from tests.unit.nav.integrity.lies import pointed, pushed, swapped
 
 HEADING = Channel(Sense.HEADING, "gnss")
+LATEST_S = 8.0
 
 
 @pytest.mark.parametrize(("off_deg", "told_deg"), [(180.0, 180), (90.0, 90), (-90.0, 90), (165.0, 180)])
@@ -115,6 +116,52 @@ def test_an_inertial_sensor_that_is_turned_is_not_the_headings_fault() -> None:
         ]
 
     assert Passage(HeadingTurned(), Boat()).go(120.0, turned) == []
+
+
+class Diagonal(Boat):
+    """It goes to and fro towards one bow, where a reversed sideways axis looks like a heading that is 90° off."""
+
+    def velocity(self, t_s: float) -> tuple[float, float]:
+        north, _ = super().velocity(t_s)
+        return north, -north
+
+    def force(self, t_s: float) -> tuple[float, float]:
+        felt_mps2, yaw_rad = 0.27 * math.cos(0.9 * t_s), self.yaw(t_s)
+        ahead, starboard = ned_to_body(felt_mps2, -felt_mps2, yaw_rad)
+        return ahead, starboard - GRAVITY * ROLL_RAD * math.sin(ROLL_RADPS * t_s)
+
+
+def test_nor_is_a_sideways_axis_that_is_reversed() -> None:
+    """Thrust goes with the other axis. The heading was lost, and the boat neutral."""
+
+    def mirrored(evidence: Evidence, age_s: float) -> None:
+        pushed(evidence, age_s)
+        evidence.imu = [replace(imu, y_mps2=-imu.y_mps2) for imu in evidence.imu]
+
+    hypothesis = HeadingTurned()
+    assert Passage(hypothesis, Diagonal()).go(120.0, mirrored) == []
+    assert hypothesis.explains == 0.0
+
+
+def test_a_sensor_that_lies_tells_nothing_of_the_heading() -> None:
+    """It is left out already, and what it felt would have the heading left out, too."""
+
+    def known(evidence: Evidence, age_s: float) -> None:
+        pushed(evidence, age_s)
+        swapped(evidence, age_s)
+        evidence.distrusted = frozenset({Channel(Sense.ACCELEROMETER, "imu")})
+
+    assert Passage(HeadingTurned(), Boat()).go(60.0, known) == []
+
+
+def test_what_is_clear_needs_less_thrust() -> None:
+    """An Otter drove off for three minutes, at full speed, before thrust had agreed by three sigmas."""
+
+    def lie(evidence: Evidence, age_s: float) -> None:
+        pushed(evidence, age_s)
+        swapped(evidence, age_s)
+
+    assert Passage(HeadingTurned(), Boat()).go(60.0, lie)[0][0] < LATEST_S
 
 
 def test_without_thrust_nobody_is_blamed() -> None:
