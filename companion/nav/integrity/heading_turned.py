@@ -91,9 +91,10 @@ class HeadingTurned(Hypothesis):
     @property
     def explains(self) -> float:
         """By how much a turned heading explains what speaks against the inertial sensor, over the threshold. It counts
-        the more where thrust goes with that sensor, and not at all where thrust is against it, too."""
+        the more where thrust goes with that sensor, and not at all where thrust is against it, too, or a reversed axis
+        is clearly likelier."""
         likely, witness = max(self._sums) / _THRESHOLD, self._witness
-        if max(self._reversed[1:]) > max(self._sums):
+        if max(self._reversed[1:]) > max(self._sums) + _CLEARLY:
             return 0.0
         return 0.0 if witness < -_LEANS_SIGMAS else _LEANS_SHARE * likely if witness > _LEANS_SIGMAS else likely
 
