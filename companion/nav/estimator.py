@@ -276,7 +276,8 @@ class Estimator:
             surge_mps, _ = ned_to_body(motion.velocity[0], motion.velocity[1], motion.attitude[2])
             tilt = inertial.levelling.tilt(surge_mps)
             if tilt is not None and not is_lost(motion.yaw_sigma_rad):
-                inertial.start(motion, tilt, inertial.levelling.sigma_rad(surge_mps))
+                fastest_mps = max(abs(surge_mps), pose.behind_mps)
+                inertial.start(motion, tilt, inertial.levelling.sigma_rad(fastest_mps))
 
     def _carried_by(self, imu: Imu, before: str | None) -> InertialSolution:
         """The solution, from now on with the samples of that sensor."""

@@ -26,6 +26,7 @@ _ACCELERATION_MPS2 = 0.3  # unmeasured acceleration of the boat
 _SLOW_MPS, _TURN_RADPS = 0.5, 0.5  # a faster boat may turn that hard, which changes its velocity by speed times rate
 _YAW_ACCELERATION_RADPS2 = 0.1
 _ROUGH = 3.0  # sigmas of a heading, beyond which the one before it counts for nothing
+_NOISE = 2.0  # sigmas of a velocity, up to which it is noise by which it differs
 _BEHIND_MOST_RAD = 0.12  # a course of 15° stays usable until the next one, a second later
 _RATES_FADE_S = 5.0  # time constant with which the rates decay without measurements
 _AT_REST = FirstWay(0.0, 0.0, 0.5)
@@ -34,13 +35,15 @@ _AT_REST = FirstWay(0.0, 0.0, 0.5)
 class PoseSolution:
     """A `Solution` from pose measurements alone; roll and pitch are 0.
 
-    Remembers position, velocity, heading and yaw rate, each with the time of its last measurement.
+    Remembers position, velocity, heading and yaw rate, each with the time of its last measurement, and by how much the
+    velocity still differs from the last one that was measured: a boat that gathers way leaves it behind.
     """
 
     def __init__(self) -> None:
         self._t_s = self._position_t_s = self._yaw_t_s = self._velocity_t_s = -math.inf
         self._north = self._east = self._vn = self._ve = self._yaw = self._rate = 0.0
         self._sigma_m, self._sigma_mps, self._sigma_rad = 0.0, _AT_REST.sigma_mps, math.pi
+        self.behind_mps = 0.0
         self._begun_s, self._first_mps = -math.inf, 0.0  # of a velocity that only the first positions have told
         # one sigma of heading and rate, by a rate of turn that was not known when the heading began
         self._behind_rad = self._behind_radps = 0.0
@@ -66,6 +69,7 @@ class PoseSolution:
         self._yaw, self._rate = motion.attitude[2], motion.rates[2]
         self._sigma_m, self._sigma_mps, self._first_mps = motion.position_sigma_m, motion.velocity_sigma_mps, 0.0
         self._sigma_rad, self._behind_rad, self._behind_radps = motion.yaw_sigma_rad, 0.0, 0.0
+        self.behind_mps = 0.0
 
     def begin(
         self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, way: FirstWay = _AT_REST
@@ -144,6 +148,7 @@ class PoseSolution:
         sigma_mps = math.hypot(sigma_mps, math.hypot(lever_m[0], lever_m[1]) * self._behind_radps)
         sigma = math.hypot(sigma_mps, self._sigma_mps + (_ACCELERATION_MPS2 + turning_mps2) * gap_s)
         verdict = rule or self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
+        share = 0.0
         if verdict is not Verdict.REJECT:
             self._advance(t_s)
             time_s = _VELOCITY_TIME_S / (1.0 + turning_mps2 / _VELOCITY_STEADY_MPS2)
@@ -152,6 +157,9 @@ class PoseSolution:
             self._ve += share * de
             self._sigma_mps = math.hypot(sigma_mps, 0.5 * turning_mps2 * time_s)
             self._velocity_t_s, self._first_mps = t_s, 0.0
+        if rule is not Verdict.REJECT:  # one that lies tells nothing
+            behind_mps = (1.0 - share) * math.hypot(dn, de)
+            self.behind_mps = behind_mps if behind_mps > _NOISE * sigma_mps else 0.0
         return verdict
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
@@ -225,7 +233,7 @@ class PoseSolution:
             (0.0, 0.0, self._yaw_at(now_s)),
             (0.0, 0.0, self._rate * math.exp(-yaw_gap_s / _RATES_FADE_S)),
             self._position_sigma(dt) if self.started else _UNKNOWN_M,
-            self._sigma_mps + _ACCELERATION_MPS2 * min(dt, 10.0),
+            math.hypot(self._sigma_mps + _ACCELERATION_MPS2 * min(dt, 10.0), self.behind_mps),
             min(self._yaw_sigma(yaw_gap_s), math.pi),
         )
 

@@ -144,7 +144,7 @@ class Witness:
         felt = _gained(solution) if _feels(solution, velocity.t_s) else (None, None)
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
-            north - here.north_mps, east - here.east_mps, felt[0], felt[1], sigma_mps,
+            north - here.north_mps, east - here.east_mps, felt[0], felt[1], sigma_mps, here.yaw_rad,
         )  # fmt: skip
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
@@ -192,7 +192,7 @@ class Witness:
         if current is not None and evidence.driven:
             turn_radps = current.carried_turn_radps
             evidence.model = ModelStep(current.run, *current.carried, turn_radps, *current.pushed)
-        evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
+        evidence.turn_radps = motion.rates[2]
         evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]
         return list(self.monitor.update(evidence, now_s))
 

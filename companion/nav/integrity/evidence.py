@@ -105,7 +105,8 @@ class PositionSeen(NamedTuple):
 
 class VelocitySeen(NamedTuple):
     """A velocity over ground of the boat's origin. `off_*`: less the estimate. `inertial_*`: what the accelerometers
-    have added up to, of the origin, too; None without them. `raw`: as the receiver gave it."""
+    have added up to, of the origin, too; None without them. `raw`: as the receiver gave it. `yaw_rad`: where the boat
+    pointed then, by the estimate."""
 
     t_s: float
     source: str
@@ -117,6 +118,7 @@ class VelocitySeen(NamedTuple):
     inertial_north_mps: float | None
     inertial_east_mps: float | None
     sigma_mps: float = 0.1
+    yaw_rad: float = 0.0
 
 
 class HeadingSeen(NamedTuple):
@@ -202,7 +204,6 @@ class Evidence:
     levers_m: Mapping[str, Vector] = field(default_factory=dict)
     inertial: InertialStep | None = None
     model: ModelStep | None = None
-    yaw_rad: float = 0.0
     turn_radps: float = 0.0
     north_mps: float = 0.0
     east_mps: float = 0.0

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from companion.core.frames import ned_to_body
 from companion.core.readings import Imu
 from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen, sense_of_axis
 from companion.nav.integrity.felt import AXES, Felt, Parts
@@ -73,7 +74,7 @@ class ImuReversed(Hypothesis):
                 self._sample(samples[at])
                 at += 1
             if Channel(Sense.VELOCITY, seen.source) not in evidence.distrusted:
-                self._compare(seen, evidence.yaw_rad)
+                self._compare(seen)
         for imu in samples[at:]:
             self._sample(imu)
         return self._findings()
@@ -87,7 +88,7 @@ class ImuReversed(Hypothesis):
         elif not self._sensor.felt.sample(imu):
             self._sensor = None
 
-    def _compare(self, seen: VelocitySeen, yaw_rad: float) -> None:
+    def _compare(self, seen: VelocitySeen) -> None:
         before, sensor = self._before, self._sensor
         if sensor is None or seen.inertial_north_mps is None or seen.inertial_east_mps is None:
             return
@@ -101,10 +102,11 @@ class ImuReversed(Hypothesis):
         if not known:
             return
         assert before is not None and before.inertial_north_mps is not None and before.inertial_east_mps is not None
+        if not parts.tells(before.yaw_rad, seen.yaw_rad):
+            return
         north = seen.north_mps - before.north_mps - (seen.inertial_north_mps - before.inertial_north_mps)
         east = seen.east_mps - before.east_mps - (seen.inertial_east_mps - before.inertial_east_mps)
-        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-        self._weigh(sensor, parts, (c * north + s * east, c * east - s * north), seen)
+        self._weigh(sensor, parts, ned_to_body(north, east, before.yaw_rad), seen)
 
     def _sigma(self, seen: VelocitySeen) -> float:
         """One sigma of a difference over a window, on one axis. Another kind of fix has another noise."""

@@ -37,7 +37,8 @@ _PAUSE = 2.5  # times the usual time between velocities: in waves, nobody knows 
 _USUAL_PART = 0.1
 _LEAST_S = 0.35  # a single step is noise, or a jump, which `position_jump.py` judges
 _AGREES = 0.5  # share of the threshold below which a position agrees with the estimate again
-_STEADY_S = 3.0  # without a further drift, before it can agree
+_STEADY_S, _LONGEST_STEADY_S = 3.0, 30.0  # without a further drift, before it can agree
+_AS_LONG = 1.5  # times what it took to find the drift, that is: one that goes on shows again by then
 _OUTLIER = 1.5  # a step of that many thresholds is a jump
 
 Way = tuple[float, float]
@@ -48,7 +49,7 @@ class _Receiver:
     """`way`: what its velocity has added up to, by `velocity`; `antenna_way`: that of the antenna. `usual_s`: between
     two velocities. `carried`: the velocity of the estimate less that of the inertial sums when the velocity was found
     to lie, and when that was. `last`: the last fix, and the way by then. `drifted_s`: when it last drifted by the
-    threshold."""
+    threshold; `steady_s`: for how long it must not, before it can agree."""
 
     velocity: VelocitySeen | None = None
     usual_s: float = 0.0
@@ -61,6 +62,7 @@ class _Receiver:
     along: Along = field(default_factory=Along)
     since_s: float | None = None
     drifted_s: float = 0.0
+    steady_s: float = _STEADY_S
 
     def goes_on(self, passed_s: float) -> bool:
         """Whether so long between two velocities is no pause. Learns what is usual."""
@@ -69,6 +71,14 @@ class _Receiver:
         usual_s = self.usual_s or passed_s
         self.usual_s = usual_s + _USUAL_PART * (passed_s - usual_s)
         return passed_s <= _PAUSE * usual_s
+
+    def drifts(self, t_s: float) -> None:
+        """It has drifted by the threshold, once more or for the first time."""
+        took_s = t_s - self.cusum.onset_s
+        self.steady_s = min(max(_STEADY_S, _AS_LONG * took_s), _LONGEST_STEADY_S)
+        self.since_s = self.cusum.onset_s if self.since_s is None else self.since_s
+        self.drifted_s = t_s
+        self.cusum.clear(t_s)
 
 
 class PositionDrift(Hypothesis):
@@ -165,10 +175,8 @@ class PositionDrift(Hypothesis):
         doubt = _drift(receiver, seen, self._way(receiver, seen), threshold_m, distrusted and not known)
         self.doubt = max(self.doubt, min(doubt, 1.0))
         if doubt >= 1.0 and (known or seen.t_s - receiver.cusum.onset_s >= _LEAST_S):
-            receiver.since_s = receiver.cusum.onset_s if receiver.since_s is None else receiver.since_s
-            receiver.drifted_s = seen.t_s
-            receiver.cusum.clear(seen.t_s)
-        elif known and seen.t_s - receiver.drifted_s >= _STEADY_S:
+            receiver.drifts(seen.t_s)
+        elif known and seen.t_s - receiver.drifted_s >= receiver.steady_s:
             off_m = math.hypot(seen.off_north_m, seen.off_east_m)
             if off_m <= _AGREES * threshold_m + min(3.0 * seen.estimate_sigma_m, threshold_m):
                 receiver.since_s = None
@@ -179,7 +187,7 @@ class PositionDrift(Hypothesis):
         lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted
         since_s = receiver.along.position(seen, lies, receiver.noise.size)
         if since_s is not None and receiver.since_s is None:
-            receiver.since_s, receiver.drifted_s = since_s, seen.t_s
+            receiver.since_s, receiver.drifted_s, receiver.steady_s = since_s, seen.t_s, _STEADY_S
 
 
 def _drift(receiver: _Receiver, seen: PositionSeen, way: Way | None, threshold_m: float, distrusted: bool) -> float:

@@ -83,6 +83,32 @@ def test_measured_velocity_is_preferred() -> None:
     assert motion.position[0] == pytest.approx(10.0 * math.sin(0.5) + 0.5 * 3.0, abs=0.4)  # carried on by it
 
 
+def test_a_velocity_that_a_boat_has_left_behind_is_unsure() -> None:
+    """A small boat gathers way by 0.5 m/s from one velocity to the next, and they are taken for outliers. A filter with
+    an inertial sensor began there, sure of 0.03 m/s, and of a heading that it made of that."""
+    solution = PoseSolution()
+    solution.begin(0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.02)
+    for k in range(1, 51):
+        solution.velocity(0.2 * k, 0.0, 0.0, (0.0, 0.0, 0.0), 0.035)
+    assert solution.motion(10.0).velocity_sigma_mps < 0.1
+    for k in range(1, 5):
+        speed_mps = 0.5 * k
+        solution.velocity(10.0 + 0.2 * k, speed_mps, 0.0, (0.0, 0.0, 0.0), 0.035)
+        motion = solution.motion(10.0 + 0.2 * k)
+        assert speed_mps - motion.velocity[0] <= 1.5 * motion.velocity_sigma_mps
+    for k in range(30):
+        solution.velocity(11.0 + 0.2 * k, 2.0, 0.0, (0.0, 0.0, 0.0), 0.035)
+    assert solution.motion(17.0).velocity_sigma_mps < 0.3
+
+
+def test_a_velocity_that_lies_makes_nothing_unsure() -> None:
+    solution = PoseSolution()
+    solution.begin(0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.02)
+    solution.velocity(0.2, 0.0, 0.0, (0.0, 0.0, 0.0), 0.035)
+    solution.velocity(0.4, 3.0, 0.0, (0.0, 0.0, 0.0), 0.035, Verdict.REJECT)
+    assert solution.motion(0.4).velocity_sigma_mps < 0.2
+
+
 def test_rates_decay_without_measurements() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)

@@ -65,7 +65,7 @@ class Boat:
         """A tick: fixes, velocities, headings at 20 Hz, inertial samples at 100 Hz, the rest at 10 Hz."""
         north_mps, east_mps = self.velocity(now_s)
         evidence = Evidence(
-            driven=True, yaw_rad=self.yaw(now_s), turn_radps=self.turn_radps(now_s),
+            driven=True, turn_radps=self.turn_radps(now_s),
             north_mps=north_mps, east_mps=east_mps, model=ModelStep(1, north_mps, east_mps, self.turn_radps(now_s)),
             inertial=InertialStep(1, north_mps, east_mps, self.yaw(now_s), math.radians(0.01), self.lanes(now_s)),
         )  # fmt: skip
@@ -103,7 +103,7 @@ class Boat:
         )
         dn, de = rng.gauss(0.0, 0.02), rng.gauss(0.0, 0.02)
         evidence.velocities.append(
-            VelocitySeen(t_s, "gnss", (vn + dn, ve + de), vn + dn, ve + de, dn, de, vn, ve, 0.03)
+            VelocitySeen(t_s, "gnss", (vn + dn, ve + de), vn + dn, ve + de, dn, de, vn, ve, 0.03, yaw)
         )
         off = rng.gauss(0.0, 0.003)
         evidence.headings.append(HeadingSeen(t_s, "gnss", yaw + off, yaw + off, off, 0.007, 0.0017, yaw))

@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from companion.core.frames import ned_to_body
 from companion.nav.integrity.accuracy_lie import AccuracyLie
 from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sense
 from companion.nav.integrity.heading_course import HeadingCourse
@@ -94,15 +95,18 @@ def noisy() -> Spoil:
 def pushed(evidence: Evidence, age_s: float) -> None:
     """Half of what rocks the boat along its hull is its own thrust."""
     assert evidence.model is not None
-    ahead_mps = (
-        0.5 * math.cos(evidence.yaw_rad) * evidence.north_mps + 0.5 * math.sin(evidence.yaw_rad) * evidence.east_mps
-    )
-    evidence.model = evidence.model._replace(pushed_ahead_mps=ahead_mps)
+    ahead_mps, _ = ned_to_body(evidence.north_mps, evidence.east_mps, evidence.headings[-1].yaw_rad)
+    evidence.model = evidence.model._replace(pushed_ahead_mps=0.5 * ahead_mps)
+
+
+def pointed(evidence: Evidence, off_rad: float) -> None:
+    """The estimate points elsewhere by that much, as the heading does."""
+    evidence.velocities = [seen._replace(yaw_rad=seen.yaw_rad + off_rad) for seen in evidence.velocities]
 
 
 def swapped(evidence: Evidence, age_s: float) -> None:
     """The antennas are swapped: the estimate points the other way, as the heading does."""
-    evidence.yaw_rad += math.pi
+    pointed(evidence, math.pi)
 
 
 def ahead_of_time(evidence: Evidence, age_s: float) -> None:

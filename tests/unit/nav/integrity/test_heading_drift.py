@@ -223,7 +223,7 @@ def test_a_compass_may_deviate_with_the_heading(orders: int) -> None:
 
     def deviates(evidence: Evidence, age_s: float) -> None:
         compass(evidence)
-        turned(evidence, COMPASS_RAD * 2.0 / orders * math.sin(orders * evidence.yaw_rad))
+        turned(evidence, COMPASS_RAD * 2.0 / orders * math.sin(orders * evidence.velocities[-1].yaw_rad))
 
     assert Passage(HeadingDrift(), TurningBoat()).go(120.0, deviates) == []
 

@@ -113,6 +113,32 @@ def test_a_noisy_receiver_that_creeps_on_does_not_agree() -> None:
     assert len(ages_s) == round((30.0 - ages_s[0]) * 10.0) + 1, "without a break"
 
 
+def test_a_creep_of_a_plain_receiver_does_not_agree_either() -> None:
+    """It takes a quarter of a minute to tell that it creeps, and as long to tell that it goes on."""
+
+    def plain(evidence: Evidence, _: float) -> None:
+        evidence.positions = [
+            seen._replace(sigma_m=2.0, estimate_sigma_m=0.5, fix=FixType.FIX_3D) for seen in evidence.positions
+        ]
+
+    gone_m, following = 0.0, PositionDrift()
+
+    def creeping(evidence: Evidence, age_s: float) -> None:
+        nonlocal gone_m
+        plain(evidence, age_s)
+        moved(evidence, 0.5 * age_s)
+        if following.update(Evidence(), age_s) == []:  # not found: the estimate goes along
+            gone_m = 0.5 * age_s
+        evidence.positions = [seen._replace(off_north_m=seen.off_north_m - gone_m) for seen in evidence.positions]
+
+    passage = Passage(following, BOAT)
+    passage.go(20.0, plain)
+    ages_s = [age_s for age_s, _ in passage.go(60.0, creeping)]
+    assert 10.0 < ages_s[0] < 20.0
+    assert len(ages_s) == round((60.0 - ages_s[0]) * 10.0) + 1, "without a break"
+    assert passage.go(45.0, plain)[-1][0] < 40.0, "until it agrees"
+
+
 def spoofed(distrusted: bool) -> Spoil:
     def spoil(evidence: Evidence, age_s: float) -> None:
         moved(evidence, 0.5 * age_s)
