@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.motors import find
+from companion.config.dimensions.receivers import grade_of
 from companion.config.hull import humps, usual_damping
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
@@ -36,6 +37,9 @@ _MASTS = 3.0  # lengths, and 2 m: higher than any mast
 _NUMBERED = re.compile(r"/dev/tty(USB|ACM)\d+")
 _LONG_S = 60.0  # of silence: no device that is well is silent for so long
 _MOST_AH = 1000.0  # more than a boat without a crew carries
+DOCK_WITHIN_M = 0.2
+"""Default of DOCK_POS_ACC."""
+_SBAS_M = 0.3  # one sigma of a receiver without RTK
 _PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
 
@@ -407,6 +411,19 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
         )
 
 
+def _dock(config: VesselConfig) -> Iterator[Judgement]:
+    """Only receivers with RTK are as sure of their place as Dock asks."""
+    within_m = config.parameters.get("DOCK_POS_ACC", DOCK_WITHIN_M)
+    known = {row.driver for row in config.sensors} <= SENSORS.keys()
+    if config.dock is not None and known and within_m < _SBAS_M and grade_of(config.sensors) == "sbas":
+        yield Judgement(
+            ("dock",),
+            f"Dock asks for a position within {within_m:g} m, and a receiver without RTK gives about {_SBAS_M:g} m",
+            "Dock: given up off the berth. Give an RTK receiver rtcm = true, or raise DOCK_POS_ACC where the fenders "
+            "allow for that",
+        )
+
+
 def _economy(config: VesselConfig) -> Iterator[Judgement]:
     pods = sum(thruster.turns for thruster in config.thrusters)
     useless = {
@@ -474,5 +491,6 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _heading,
     _antenna_pairs,
     _axes,
+    _dock,
     _economy,
 )

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 
 from companion.config.hull import DampingConfig
 from companion.config.outputs import BatteryConfig
-from companion.config.plausibility import judgements
+from companion.config.plausibility import DOCK_WITHIN_M, judgements
 from companion.config.vessel import VesselConfig, bundled, find, load
+from companion.params.store import Parameters
 
 REVOLT = load(find("revolt"))
 
@@ -86,3 +88,16 @@ def test_economy_that_a_boat_cannot_have_is_named(name: str) -> None:
         boat = replace(load(find(vessel)), parameters={name: 1.0})
         found = [str(judgement) for judgement in judgements(boat) if judgement.place == ("parameters", name)]
         assert any("has no effect" in text for text in found) is not effect
+
+
+@pytest.mark.parametrize(("antennas", "rtcm", "within_m", "said"), [
+    (1, False, None, 1), (1, False, 0.5, 0), (1, True, None, 0), (2, False, None, 0),
+])  # fmt: skip
+def test_a_dock_needs_a_receiver_that_is_sure_enough(
+    antennas: Literal[1, 2], rtcm: bool, within_m: float | None, said: int
+) -> None:
+    sensors = tuple(replace(row, antennas=antennas, rtcm=rtcm) for row in REVOLT.sensors)
+    parameters = {**REVOLT.parameters, **({} if within_m is None else {"DOCK_POS_ACC": within_m})}
+    boat = replace(REVOLT, sensors=sensors, parameters=parameters)
+    assert sum("Dock asks for a position within" in str(found) for found in judgements(boat)) == said
+    assert Parameters({})["DOCK_POS_ACC"] == DOCK_WITHIN_M
