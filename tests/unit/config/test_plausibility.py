@@ -100,4 +100,4 @@ def test_a_dock_needs_a_receiver_that_is_sure_enough(
     parameters = {**REVOLT.parameters, **({} if within_m is None else {"DOCK_POS_ACC": within_m})}
     boat = replace(REVOLT, sensors=sensors, parameters=parameters)
     assert sum("Dock asks for a position within" in str(found) for found in judgements(boat)) == said
-    assert Parameters({})["DOCK_POS_ACC"] == DOCK_WITHIN_M
+    assert Parameters({})["DOCK_POS_ACC"] == pytest.approx(DOCK_WITHIN_M)
