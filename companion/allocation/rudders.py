@@ -5,7 +5,8 @@ To the constrained allocation propellers count as fixed, and all blades together
 the blades push sideways with up to what the flow over them gives (`RudderCurve`), which changes with speed and thrust.
 So the programme decides what blades, differential thrust and side thrusters do. The flow that counts rises slowly, and
 in a lull a blade stays as it is for the usual one: thrust that comes and goes, as in station keeping, carries no
-rudder. Where a boat without sideways thrust has long had too little moment, thrust ahead for the blades is added, up to
+rudder. On a boat that pushes itself sideways the race does not count at all: there each screw pushes to and fro.
+Where a boat without sideways thrust has long had too little moment, thrust ahead for the blades is added, up to
 RUD_STEER of the largest.
 """
 
@@ -41,6 +42,7 @@ class RuddersAllocator:
         """Raises ValueError for a vessel without rudders."""
         self._limits, self._period_s = config.limits, 1.0 / config.control_rate_hz
         self._parameters = parameters
+        self._by_race = config.limits.sway_n <= 0.0
         self._short_s = 0.0
         self._blades = [_Blade(i, t) for i, t in enumerate(config.thrusters) if t.kind == "rudder"]
         if not self._blades:
@@ -130,7 +132,8 @@ class RuddersAllocator:
         more_n = (surge_n - sum(blade.thrust_n for blade in self._blades)) / len(self._blades)
         for blade in self._blades:
             thrust_n = blade.next_n(more_n, dt_s)
-            flow = min(blade.steady_flow, blade.curve.inflow(thrust_n, surge_mps))
+            counted_n = thrust_n if self._by_race else min(0.0, thrust_n)
+            flow = min(blade.steady_flow, blade.curve.inflow(counted_n, surge_mps))
             shares.append(_KEPT_SHARE * blade.curve.most_n(flow))
             to_port_n, to_starboard_n = blade.reach_n(thrust_n, surge_mps, dt_s)
             low_n, high_n = low_n + to_port_n, high_n + to_starboard_n

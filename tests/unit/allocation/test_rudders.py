@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 
 import pytest
@@ -27,6 +28,14 @@ SHIP = parse(
         '["propeller"]', '["propeller", "bow", "stern"]'
     ),
     "ship.toml",
+)
+MODEL = parse(
+    file_text(
+        replace(ANSWERS, layout="two-rudders", length_m=1.255, beam_m=0.29, mass_kg=23.8, motor="4", spread_m=0.156)
+    )
+    .replace("[[sensor]]", SIDE.format("bow", 0.466).replace("15", "2") + "[[sensor]]", 1)
+    .replace('["port", "starboard"]', '["port", "starboard", "bow"]'),
+    "model.toml",
 )
 numbers, shares = st.floats(-1.5, 1.5), st.floats(-0.4, 0.4)
 
@@ -132,6 +141,22 @@ def test_at_rest_the_bow_thruster_turns_the_boat_and_under_way_the_blade() -> No
     screw, less = settle(made(BOW), replace(turn, surge_n=50.0), 2.0).thrusters
     assert screw.azimuth_rad is not None and screw.azimuth_rad < -math.radians(1.5)
     assert abs(less.force_n) < 0.5 * bow.force_n
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_in_positioning_every_axis_is_given_in_every_cycle(seed: int) -> None:
+    """A ship of 1.25 m with two screws and a thruster across the bow gave half of the sideways force, in a calm."""
+    demands, a = random.Random(seed), made(MODEL)
+    x, y, n = (MODEL.limits.surge_n, MODEL.limits.sway_n, MODEL.limits.yaw_nm)
+    surge, sway, yaw = 0.0, 0.5 * y, 0.0
+    for i in range(300):
+        surge += 0.02 * x * demands.uniform(-1.0, 1.0) - 0.05 * surge
+        yaw += 0.02 * n * demands.uniform(-1.0, 1.0) - 0.05 * yaw
+        achieved = a.update(Wrench(surge, sway, yaw), DT_S, demands.uniform(-0.05, 0.05)).achieved
+        if i > 30:
+            assert achieved.sway_n == pytest.approx(sway, abs=0.05 * y)
+            assert achieved.yaw_nm == pytest.approx(yaw, abs=0.05 * n)
+            assert achieved.surge_n == pytest.approx(surge, abs=0.05 * x)
 
 
 def test_thrust_that_comes_and_goes_carries_no_rudder() -> None:
