@@ -34,6 +34,7 @@ _REST_SHARE = 0.5  # of DP_SPEED_AHEAD: so slow, the reference takes over from b
 # shorter than a position is sure counts as that long.
 _LEADS, _LEADS_MOST, _SLOWEST = 0.03, 0.09, 0.3
 _LEAST_LENGTH_M = 2.0
+_BEYOND_LENGTHS = 2.0  # that a reference may lead a boat beyond the end of its way
 _GOES_MPS = 0.005  # a slower reference has no direction
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
@@ -73,7 +74,8 @@ class PoseKeeper:
     generator. Deflected sticks move the held pose, inside the fence.
 
     Started faster than positioning moves the boat, it first brakes with all its thrust astern, on its heading: the
-    reference would brake as gently as it speeds up. Sideways the reference begins no faster than positioning moves the
+    reference would brake as gently as it speeds up. At the end of a way it does so as well, where the reference would
+    lead it far beyond (`come_to`). Sideways the reference begins no faster than positioning moves the
     boat: a light boat that weather had carried off would be led on with it, by tens of lengths.
 
     Where wind and current leave the thrusters too little to keep up with it, the reference goes slower."""
@@ -88,6 +90,8 @@ class PoseKeeper:
         self._from = self._planned = (0.0, 0.0)  # of the stop: where it began, and the last place to come to rest
         self._hurries = False  # a fence is too near for the stop
         self._braking: NavState | None = None  # the last state while the boat brakes
+        self._brakes_rad = 0.0  # the heading meanwhile
+        self._comes = False  # to its target, after the braking
 
     @property
     def arrived(self) -> bool:
@@ -108,6 +112,7 @@ class PoseKeeper:
         by_fence = None if self._fence is None or self._fence.cause is None else self._fence
         # the fence asks for a stop where the reference still comes to rest inside
         self._braking = nav if self._is_fast(nav) and (by_fence is None or self._hurries) else None
+        self._brakes_rad, self._comes = nav.yaw_rad, False
         self._begin(begun, self._planned if by_fence is None else by_fence.held_place(self._planned), nav.yaw_rad)
 
     def _led(self, nav: NavState) -> NavState:
@@ -132,8 +137,22 @@ class PoseKeeper:
         """Lead the reference to another pose."""
         if self._braking is not None:
             self._begin(self._braking, (north_m, east_m), yaw_rad)
-        self._braking = None
+        self._braking, self._comes = None, False
         self._reference.retarget(north_m, east_m, yaw_rad, speed_mps, hurries)
+
+    def come_to(self, north_m: float, east_m: float, yaw_rad: float) -> None:
+        """`hold` at the end of a way, right after `start`: a boat that the reference would lead far beyond brakes until
+        that comes to rest in time."""
+        before = self._braking
+        self.hold(north_m, east_m, yaw_rad, None)
+        if before is not None and self._goes_beyond_m(before) > _BEYOND_LENGTHS * self._length_m:
+            self._braking, self._comes = before, True
+
+    def _goes_beyond_m(self, nav: NavState) -> float:
+        """How far beyond its target the reference would lead the boat."""
+        north_m, east_m, _ = self.target
+        left_m = math.hypot(north_m - nav.north_m, east_m - nav.east_m)
+        return _way_to_rest(abs(nav.surge_mps), self._parameters["DP_ACC_SURGE"]) - left_m
 
     def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
         """The reference `dt_s` later, or a path setpoint at rest while the boat brakes; `speed_mps` is not used."""
@@ -141,7 +160,7 @@ class PoseKeeper:
             self._braking = nav
             self._see_rest(nav)
         if self._braking is not None:
-            return PathSetpoint(self.target[2], 0.0, progress=self._progress(nav))
+            return PathSetpoint(self._brakes_rad, 0.0, progress=self._progress(nav))
         if stick is not None:
             self._nudge(stick)
         setpoint = self._reference.update(dt_s, self._pace(nav))
@@ -163,6 +182,11 @@ class PoseKeeper:
         """End the braking where the boat is slow, or beyond the place planned; a fence may lie behind that. Where a
         fence was too near for the stop, only a boat that is no longer fast ends it there."""
         slow = abs(nav.surge_mps) <= _REST_SHARE * self._parameters["DP_SPEED_AHEAD"]
+        if self._comes:
+            if slow or self._goes_beyond_m(nav) <= 0.0:
+                self._braking = nav
+                self.hold(*self.target, None)
+            return
         planned_m = math.dist(self._planned, self._from)
         past = math.dist((nav.north_m, nav.east_m), self._from) >= planned_m
         if not slow and (not past or (self._hurries and self._is_fast(nav))):
@@ -439,7 +463,10 @@ class HoldPoint:
             self._transit = None
             self._start_keeper(nav)
             yaw_rad = nav.yaw_rad if transit.yaw_rad is None else transit.yaw_rad
-            self._keeper.hold(transit.north_m, transit.east_m, yaw_rad, None)
+            if isinstance(self._keeper, PoseKeeper):
+                self._keeper.come_to(transit.north_m, transit.east_m, yaw_rad)
+            else:
+                self._keeper.hold(transit.north_m, transit.east_m, yaw_rad, None)
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
         self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
         north_m, east_m, _ = self._keeper.target

@@ -139,6 +139,30 @@ def test_the_reference_arrives_where_the_boat_cannot() -> None:
     assert keeper.arrived
 
 
+@pytest.mark.parametrize(("begun_mps", "brakes"), [(1.3, True), (0.4, False)])
+def test_at_the_end_of_a_way_a_fast_boat_brakes_before_its_reference_leads_it_beyond(
+    begun_mps: float, brakes: bool
+) -> None:
+    """A catamaran of 1.6 m came to the standoff point off its berth at 1.3 m/s, and ran into the berth."""
+    keeper = PoseKeeper(Parameters({"DP_SPEED_AHEAD": 0.3, "DP_ACC_SURGE": 0.2}), 1.6)
+    north_m, surge_mps = 0.0, begun_mps
+    keeper.start(at(north_m, surge_mps))
+    keeper.come_to(1.6, 0.0, 1.0)
+    led_m, braked = [], False
+    while len(led_m) < 300 and not keeper.arrived:
+        setpoint = keeper.update(at(north_m, surge_mps), None, 1.0, 0.1)
+        if isinstance(setpoint, PathSetpoint):
+            assert (setpoint.surge_mps, setpoint.yaw_rad) == (0.0, 0.0)
+            braked, surge_mps = True, surge_mps - 0.1
+        elif isinstance(setpoint, PoseSetpoint):
+            led_m.append(setpoint.north_m)
+            surge_mps = setpoint.surge_mps
+        north_m += 0.1 * surge_mps
+    assert braked == brakes and keeper.arrived
+    assert max(led_m) < 1.6 + 0.3
+    assert keeper.target == (1.6, 0.0, 1.0)
+
+
 def test_at_the_speeds_of_positioning_the_reference_brakes() -> None:
     assert isinstance(asked(stopping(0.45), 0.0, 0.45), PoseSetpoint)
 
