@@ -12,6 +12,7 @@ from companion.config.vessel import VesselConfig
 
 _MARGIN = 0.35  # of the length, for arrows and names
 _PIXELS = 560.0
+_LABEL, _LINE = 150.0, 14.0  # pixels that the label of a sensor takes
 _COLUMNS = 58
 _ASPECT = 0.5  # width of a character over its height
 _ARROWS = "↑↗→↘↓↙←↖"
@@ -66,8 +67,9 @@ def svg(config: VesselConfig) -> str:
     most_n = max(thruster.max_n for thruster in config.thrusters)
     for thruster in config.thrusters:
         parts += _thruster(thruster, at, 0.28 * length_m * thruster.max_n / most_n)
+    labels: list[tuple[float, float]] = []
     for sensor in config.sensors:
-        parts += _sensor(sensor, at)
+        parts += _sensor(sensor, at, labels)
     text = f"{config.title}: {length_m:g} × {beam_m:g} m"
     parts += [f'<text x="10" y="20" font-size="15">{escape(text)}</text>', "</svg>"]
     return "\n".join(parts) + "\n"
@@ -94,17 +96,24 @@ def _rudder(rudder: RudderConfig, y_m: float, at: Placed) -> Iterator[str]:
     ends = f'x1="{x0:.1f}" y1="{y0:.1f}" x2="{x1:.1f}" y2="{y1:.1f}"'
     yield f'<line {ends} stroke="#5f3dc4" stroke-width="6" stroke-linecap="round"/>'
     label = f"rudder {rudder.span_m:g} × {rudder.chord_m:g} m"
-    yield f'<text x="{x1 + 12.0:.1f}" y="{y1 + 16.0:.1f}" fill="#5f3dc4">{escape(label)}</text>'
+    side, shift = ("end", -12.0) if y_m < 0.0 else ("start", 12.0)
+    place_at = f'x="{x1 + shift:.1f}" y="{y1 + 16.0:.1f}" text-anchor="{side}"'
+    yield f'<text {place_at} fill="#5f3dc4">{escape(label)}</text>'
 
 
-def _sensor(sensor: SensorConfig, at: Placed) -> Iterator[str]:
+def _sensor(sensor: SensorConfig, at: Placed, labels: list[tuple[float, float]]) -> Iterator[str]:
+    """`labels`: where those before have theirs; its own goes above them, and is added."""
     x, y = at(sensor.x_m, sensor.y_m)
     zero = at(0.0, 0.0)
     ends = f'x1="{zero[0]:.1f}" y1="{zero[1]:.1f}" x2="{x:.1f}" y2="{y:.1f}"'
     yield f'<line {ends} stroke="#1864ab" stroke-dasharray="4"/>'
     yield f'<rect x="{x - 5:.1f}" y="{y - 5:.1f}" width="10" height="10" fill="#1864ab"/>'
     label = f"{sensor.name} {sensor.x_m:g}, {sensor.y_m:g}, {sensor.z_m:g} m"
-    yield f'<text x="{x + 9:.1f}" y="{y - 7:.1f}" fill="#1864ab">{escape(label)}</text>'
+    above = y - 7.0
+    while any(abs(x - column) < _LABEL and abs(above - line) < _LINE for column, line in labels):
+        above -= _LINE
+    labels.append((x, above))
+    yield f'<text x="{x + 9:.1f}" y="{above:.1f}" fill="#1864ab">{escape(label)}</text>'
 
 
 def place(x_m: float, y_m: float) -> str:

@@ -1,9 +1,11 @@
 """`companion new` and `companion draw`: a file from answers, and the picture of a boat."""
 
+import itertools
 import math
 import re
 import shlex
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -148,6 +150,19 @@ def test_every_bundled_boat_can_be_drawn(name: str) -> None:
     assert all(sensor.name in texts for sensor in boat.sensors)
     listed = characters(boat)
     assert all(re.search(rf"[↑↗→↘↓↙←↖]  {thruster.name}: ", listed) for thruster in boat.thrusters)
+
+
+def test_sensors_at_one_place_have_their_labels_above_each_other() -> None:
+    boat = load(find("otter"))
+    sensors = tuple(replace(row, x_m=0.0, y_m=0.0) for row in boat.sensors)
+    picture = ElementTree.fromstring(svg(replace(boat, sensors=sensors)))
+    lines = [
+        float(text.attrib["y"])
+        for text in picture.iter("{http://www.w3.org/2000/svg}text")
+        if any((text.text or "").startswith(f"{row.name} ") for row in sensors)
+    ]
+    assert len(lines) == len(sensors) > 1
+    assert min(abs(a - b) for a, b in itertools.combinations(lines, 2)) >= 12.0
 
 
 def test_a_tunnel_thruster_points_to_starboard_and_hulls_lie_within_the_beam() -> None:
