@@ -51,9 +51,9 @@ class RuddersAllocator:
         top_mps = top_mps if math.isfinite(top_mps) else 0.0
         most_n = sum(blade.curve.most_n(blade.curve.inflow(blade.max_n, top_mps)) for blade in self._blades)
         self._count = len(config.thrusters)
-        together = (*without_blades(config.thrusters), _across(self._blades, most_n))
+        self._lever_m = sum(blade.curve.lever_m for blade in self._blades) / len(self._blades)
+        together = (*without_blades(config.thrusters), _across(self._lever_m, most_n))
         self._inner = _WithBlades(replace(config, thrusters=together), parameters)
-        self._places = [(t.x_m, t.y_m, t.azimuth_rad) for t in config.thrusters]
 
     def set_failed(self, index: int, failed: bool) -> None:
         """Mark thruster `index` as failed or not. One that has failed gives no thrust; its blade steers in the flow of
@@ -72,6 +72,7 @@ class RuddersAllocator:
 
     def neutral(self) -> Allocation:
         """Set all forces to zero; the blades stay where they are."""
+        self._inner.low_n = self._inner.high_n = 0.0
         for blade in self._blades:
             blade.thrust_n = blade.steady_flow = blade.usual_flow = 0.0
         self._short_s = 0.0
@@ -83,11 +84,12 @@ class RuddersAllocator:
         """Take throttles and angles as demanded, within limits and rates over `dt_s` (None: one control period): the
         manual path. Missing or non-finite demands count as no thrust."""
         dt_s = self._period_s if dt_s is None else dt_s
+        self._inner.low_n = self._inner.high_n = 0.0
         for blade in self._blades:
             angle_rad = thrusters[blade.index].azimuth_rad if blade.index < len(thrusters) else None
             if angle_rad is not None and math.isfinite(angle_rad):
                 blade.turn(angle_rad, dt_s)
-        given = self._inner.direct([*thrusters[: self._count]], dt_s, surge_mps)
+        given = self._inner.direct(thrusters[: self._count], dt_s, surge_mps)
         self._follow(given, surge_mps, dt_s)
         return self._result(None, given, surge_mps)
 
@@ -115,7 +117,7 @@ class RuddersAllocator:
             blade.turn(blade.curve.angle_in_flow_rad(part_n, flow), dt_s)
         result = self._result(wrench, given, surge_mps)
         missing_nm = math.copysign(1.0, wrench.yaw_nm) * (wrench.yaw_nm - result.achieved.yaw_nm)
-        short = -1.0 if self._limits.sway_n > 0.0 else missing_nm / (_SHORT_SHARE * self._limits.yaw_nm) - 1.0
+        short = missing_nm / (_SHORT_SHARE * self._limits.yaw_nm) - 1.0 if self._by_race else -1.0
         grown_s = dt_s * min(1.0, max(-1.0, short))
         self._short_s = min(_SHORT_S + _MORE_S, max(0.0, self._short_s + grown_s))
         return result
@@ -152,13 +154,11 @@ class RuddersAllocator:
             blade.usual_flow += share * (flow - blade.usual_flow)
 
     def _result(self, demanded: Wrench | None, given: Allocation, surge_mps: float) -> Allocation:
-        """The commands with the blades' angles, and what all of them give."""
-        commands = list(given.thrusters[: self._count])
-        x = y = n = 0.0
-        for command, (x_m, y_m, azimuth_rad) in zip(commands, self._places, strict=True):
-            c, s = math.cos(azimuth_rad), math.sin(azimuth_rad)
-            x, y = x + c * command.force_n, y + s * command.force_n
-            n += (x_m * s - y_m * c) * command.force_n
+        """The commands with the blades' angles, and what all of them give: each blade in place of its part of the one
+        that stands for all."""
+        commands, side_n = list(given.thrusters[: self._count]), given.thrusters[self._count].force_n
+        x, y = given.achieved.surge_n, given.achieved.sway_n - side_n
+        n = given.achieved.yaw_nm - self._lever_m * side_n
         for blade in self._blades:
             command = commands[blade.index]
             commands[blade.index] = ThrusterCommand(command.force_n, command.throttle, blade.angle_rad)
@@ -178,7 +178,6 @@ class _Blade:
         self.curve = RudderCurve(thruster)
         self.rate_radps = thruster.azimuth_rate_radps
         self._low_rad, self._high_rad = thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0
-        self.stop_rad = min(-self._low_rad, self._high_rad)
         self.angle_rad = self.thrust_n = self.steady_flow = self.usual_flow = 0.0
 
     def next_n(self, more_n: float, dt_s: float) -> float:
@@ -212,9 +211,8 @@ class _WithBlades(Allocator):
         return super()._force_bounds(i, t, dt_s) if i < len(self._thrusters) - 1 else (self.low_n, self.high_n)
 
 
-def _across(blades: Sequence[_Blade], most_n: float) -> ThrusterConfig:
+def _across(lever_m: float, most_n: float) -> ThrusterConfig:
     """All blades as one thruster that pushes to starboard."""
-    lever_m = sum(blade.curve.lever_m for blade in blades) / len(blades)
     return ThrusterConfig(
         name="blades",
         kind="fixed",

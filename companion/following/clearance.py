@@ -208,15 +208,18 @@ class Clearance:
 
     def _go_mps(self, leader_mps: float) -> float:
         """The speed ahead at which the boat keeps clear."""
-        faster_mps = leader_mps + max(_FASTER_MPS, 0.5 * self._turning_mps)
-        return min(self._parameters["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, faster_mps))
+        return min(self._parameters["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, self._faster_mps(leader_mps)))
+
+    def _faster_mps(self, leader_mps: float) -> float:
+        """A speed by which it gets away from a leader of that speed."""
+        return leader_mps + max(_FASTER_MPS, 0.5 * self._turning_mps)
 
     def _best(
         self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_LeaderStep], radius_m: float
     ) -> Evasion:
         """The course and speed of least cost: deviation, reversal, and metres too near."""
-        faster_mps = abs(leader.speed_mps) + max(_FASTER_MPS, 0.5 * self._turning_mps)
-        go_mps = self._go_mps(abs(leader.speed_mps))
+        leader_mps = abs(leader.speed_mps)
+        go_mps, faster_mps = self._go_mps(leader_mps), self._faster_mps(leader_mps)
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
         side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM

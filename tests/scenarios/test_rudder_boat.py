@@ -11,21 +11,9 @@ from companion.cli.new_file import file_text
 from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import ScenarioResult, run
-from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT
+from tests.unit.rudder_boat import ANSWERS, SHIP_TEXT, SKIFF, TEXT
 
 SCREWS = file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.4))
-SIDE = """[[thruster]]
-name = "{}"
-kind = "fixed"
-x_m = {}
-y_m = 0
-azimuth_deg = 90
-max_n = 15
-
-"""
-SHIP = TEXT.replace("[[sensor]]", f"{SIDE.format('bow', 0.8)}{SIDE.format('stern', -0.7)}[[sensor]]", 1).replace(
-    '["propeller"]', '["propeller", "bow", "stern"]'
-)
 
 
 def sailed(name: str, folder: Path, seed: int, text: str = TEXT, **changes: str) -> ScenarioResult:
@@ -78,6 +66,6 @@ def test_two_screws_with_rudders_sail_a_square(tmp_path: Path) -> None:
 
 
 def test_a_ship_with_rudder_and_side_thrusters_holds_point_and_heading(tmp_path: Path) -> None:
-    outcome = sailed("hold", tmp_path, 9, SHIP, time="60", wind="3")
+    outcome = sailed("hold", tmp_path, 9, SHIP_TEXT, time="60", wind="3")
     assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
     assert outcome.metrics["position_rms_m"] < 0.1 and outcome.metrics["heading_rms_deg"] < 1.0

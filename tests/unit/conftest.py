@@ -103,13 +103,13 @@ class Boat:
             items.insert(seq, item)
         self.plans.replace(kind, [replace(item, seq=i) for i, item in enumerate(items)])
 
-    def fence(self, *corners: tuple[float, float]) -> None:
-        """A fence that the boat must stay in, as north_m, east_m."""
-        items = []
+    def fence(self, *corners: tuple[float, float], keep_out: bool = False) -> None:
+        """A fence that the boat must stay in, or a zone that it must keep out of, as north_m, east_m."""
+        items, command = [], 5002 if keep_out else 5001
         for seq, corner in enumerate(corners):
             lat_deg, lon_deg = self.point(*corner)
             lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
-            items.append(PlanItem(seq, 5001, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
+            items.append(PlanItem(seq, command, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
         self.plans.replace(PlanKind.FENCE, items)
 
     def tick(self) -> None:

@@ -17,26 +17,14 @@ from companion.cli.new_file import file_text
 from companion.config.vessel import VesselConfig, parse
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.params.store import Parameters
-from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT
+from tests.unit.rudder_boat import ANSWERS, SHIP_TEXT, SKIFF, beside
 
 TWO = parse(file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.4)), "two.toml")
 BOW = parse(file_text(replace(ANSWERS, layout="rudder-bow", bow_motor="10")), "bow.toml")
 DT_S = 0.1
-SIDE = '[[thruster]]\nname = "{}"\nkind = "fixed"\nx_m = {}\ny_m = 0\nazimuth_deg = 90\nmax_n = 15\n\n'
-SHIP = parse(
-    TEXT.replace("[[sensor]]", f"{SIDE.format('bow', 0.8)}{SIDE.format('stern', -0.7)}[[sensor]]", 1).replace(
-        '["propeller"]', '["propeller", "bow", "stern"]'
-    ),
-    "ship.toml",
-)
-MODEL = parse(
-    file_text(
-        replace(ANSWERS, layout="two-rudders", length_m=1.255, beam_m=0.29, mass_kg=23.8, motor="4", spread_m=0.156)
-    )
-    .replace("[[sensor]]", SIDE.format("bow", 0.466).replace("15", "2") + "[[sensor]]", 1)
-    .replace('["port", "starboard"]', '["port", "starboard", "bow"]'),
-    "model.toml",
-)
+SHIP = parse(SHIP_TEXT, "ship.toml")
+_MODEL = replace(ANSWERS, layout="two-rudders", length_m=1.255, beam_m=0.29, mass_kg=23.8, motor="4", spread_m=0.156)
+MODEL = parse(beside(file_text(_MODEL), bow=(0.466, 2.0)), "model.toml")
 numbers, shares = st.floats(-1.5, 1.5), st.floats(-0.4, 0.4)
 
 

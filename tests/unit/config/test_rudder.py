@@ -13,7 +13,7 @@ from companion.cli.new_file import file_text
 from companion.config.plausibility import judgements
 from companion.config.reversing import turns_on_the_spot
 from companion.config.vessel import ConfigError, parse
-from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT
+from tests.unit.rudder_boat import ANSWERS, SKIFF, TEXT, beside
 
 BLADE = "manual_azimuth_deg = 35.0\n"
 
@@ -77,10 +77,8 @@ def test_two_rudders_share_the_area_and_steer_with_differential_thrust() -> None
 
 @pytest.mark.parametrize(("stern_m", "pushes_sideways"), [(None, False), (-0.7, True)])
 def test_side_thrusters_beside_a_rudder_push_the_boat_sideways(stern_m: float | None, pushes_sideways: bool) -> None:
-    row = '[[thruster]]\nname = "{}"\nkind = "fixed"\nx_m = {}\ny_m = 0\nazimuth_deg = 90\nmax_n = 20\n\n'
-    rows = row.format("bow", 0.7) + ("" if stern_m is None else row.format("stern", stern_m))
-    names = '["propeller", "bow"' + ("]" if stern_m is None else ', "stern"]')
-    boat = parse(TEXT.replace("[[sensor]]", rows + "[[sensor]]", 1).replace('["propeller"]', names), "boat.toml")
+    more = {} if stern_m is None else {"stern": (stern_m, 20.0)}
+    boat = parse(beside(TEXT, bow=(0.7, 20.0), **more), "boat.toml")
     assert (boat.limits.sway_n > 0.0) == pushes_sideways
     lever_m, most_n, astern_n = 0.7, 20.0, -boat.thrusters[1].min_n
     turning_nm = 2.0 * lever_m * astern_n if pushes_sideways else lever_m * most_n

@@ -151,16 +151,6 @@ def test_each_wait_inside_the_fence_is_said(make_boat: Callable[..., Boat]) -> N
     assert isinstance(boat.setpoint, PoseSetpoint) and boat.status.mode is ModeId.FOLLOW
 
 
-def forbidden(boat: Boat, *corners: tuple[float, float]) -> None:
-    """A zone that the boat must keep out of, by its corners in m north and east."""
-    items = []
-    for seq, corner in enumerate(corners):
-        lat_deg, lon_deg = boat.point(*corner)
-        lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
-        items.append(PlanItem(seq, 5002, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
-    boat.plans.replace(PlanKind.FENCE, items)
-
-
 @pytest.mark.parametrize(("name", "leader_mps"), [("revolt", 0.5), ("rescuerunner", 3.0)])
 def test_a_zone_that_the_leader_passes_through_is_gone_round(
     make_boat: Callable[..., Boat], name: str, leader_mps: float
@@ -168,7 +158,7 @@ def test_a_zone_that_the_leader_passes_through_is_gone_round(
     """It waited before the zone for ever."""
     config = load(find(name))
     boat = make_boat(config, **{**config.parameters, "GF_ACTION": 2.0})
-    forbidden(boat, (60.0, -25.0), (60.0, 20.0), (80.0, 20.0), (80.0, -25.0))
+    boat.fence((60.0, -25.0), (60.0, 20.0), (80.0, 20.0), (80.0, -25.0), keep_out=True)
     lead = LeadBoat(boat)
     lead.speed_mps = leader_mps
     following(boat, lead, 5.0)
@@ -185,7 +175,7 @@ def test_before_a_zone_without_a_way_round_the_boat_waits(make_boat: Callable[..
     boat = make_boat(GF_ACTION=2)
     fenced(boat)
     items = list(boat.plans.items(PlanKind.FENCE))
-    forbidden(boat, (20.0, -70.0), (20.0, 70.0), (30.0, 70.0), (30.0, -70.0))
+    boat.fence((20.0, -70.0), (20.0, 70.0), (30.0, 70.0), (30.0, -70.0), keep_out=True)
     both = [*items, *boat.plans.items(PlanKind.FENCE)]
     boat.plans.replace(PlanKind.FENCE, [replace(item, seq=seq) for seq, item in enumerate(both)])
     lead = LeadBoat(boat)
