@@ -136,7 +136,8 @@ class World:
         self._losses = None if losses is None else ThrusterLosses(losses, rows, self._thruster_places)
         self.waves = self._water(given)
         dock = vessel.dock if given.dock is None else given.dock
-        self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
+        kg = self._plant.hull.m22_kg
+        self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m, kg)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
         self._rig = self.thrusters[0] if isinstance(self.thrusters[0], SailRig) else None
         for thruster in self.thrusters:

@@ -135,12 +135,13 @@ ROWS: tuple[ParamSpec, ...] = (
     real("DOCK_SPEED", 0.05, 0.01, 0.5, "m/s", "Docking", "Speed at which the boat comes alongside"),
     real(
         "DOCK_PUSH_N",
-        5.0,
-        0.0,
-        500.0,
+        -1.0,
+        -1.0,
+        5000.0,
         "N",
         "Docking",
-        "Force against the berth, in addition to what counters wind and current",
+        "Force against the berth, in addition to what counters wind and current; "
+        "below 0: a third of what the boat can push with",
     ),
     real(
         "DOCK_TOL",
@@ -205,7 +206,7 @@ ROWS: tuple[ParamSpec, ...] = (
         1800.0,
         "s",
         "Docking",
-        "Longest time for lining up, and for coming alongside, before docking is aborted",
+        "Longest time for lining up, and for coming alongside beyond the time at DOCK_SPEED, before docking is aborted",
     ),
     # the ReVolt thesis's law (DP_LAW 1), as tuned at sea
     *(

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
-from sitl.berth import DAMPING_NSPM, STIFFNESS_NPM
+from sitl.berth import fender
 from sitl.scenarios.boat import berth, sideways
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check, Track, between, means, read_truth, rms
@@ -23,7 +23,8 @@ from sitl.scenarios.scenario import Scenario, Settings
 from sitl.sea import Sea
 
 _DOCK = 0x06040000
-_TIMEOUT_S = 400.0
+_TIMEOUT_S = 360.0  # and what the way from the standoff point takes at the usual speed
+_ALONGSIDE_MPS = 0.05
 _HOLD_S = 32.0
 _FREE_S = 40.0  # before the first touch, in which the waves' motion is measured: as long as it is judged
 _WAVE_S = 2.0  # longer than the waves that move such a boat; slower motion is its own
@@ -36,21 +37,22 @@ _TOO_STRONG = 0.3  # least force of the waves for which a boat may stand off, ov
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Choose Dock and arm; wait until the boat announces that it is docked, or in a sea that the waves are too strong;
     then half a minute more."""
+    config = gcs.rig.config
+    dock = config.dock
+    assert dock is not None
     gcs.ready()
     gcs.set_mode(_DOCK)
     gcs.arm()
     from_s = gcs.rig.now_s
+    within_s = _TIMEOUT_S + dock.standoff_m / _ALONGSIDE_MPS
     ends = ("Docked", "Docking given up")
-    gcs.wait("docked", lambda: any(text.startswith(ends) for text in gcs.texts), _TIMEOUT_S)
+    gcs.wait("docked", lambda: any(text.startswith(ends) for text in gcs.texts), within_s)
     docked_s = gcs.rig.now_s
     sea = isinstance(gcs.rig.world.waves, Sea)
     given_up = next((text for text in gcs.texts if text.startswith("Docking given up")), "")
     if given_up and not (sea and "waves" in given_up):
         raise GroundStationTimeout(given_up)
     gcs.sail(_HOLD_S)
-    config = gcs.rig.config
-    dock = config.dock
-    assert dock is not None
     return {
         "from_s": from_s, "docked_s": docked_s, "to_s": gcs.rig.now_s, "yaw_rad": dock.yaw_rad,
         "inertia_kg": config.hull.m22_kg, "sea": sea, "stands_off": bool(given_up), "most_n": config.limits.sway_n,
@@ -140,7 +142,8 @@ def _wave_rows(track: Track) -> int:
 def _fender_gain(inertia_kg: float) -> float:
     """Force between hull and fenders over the force that would keep the hull from the waves' motion, for waves at the
     fenders' own frequency: they are a spring and a damper, and a sea has waves of all frequencies near its own."""
-    damping = _CORNERS * DAMPING_NSPM / (2.0 * math.sqrt(_CORNERS * STIFFNESS_NPM * inertia_kg))
+    stiffness_npm, damping_nspm = fender(inertia_kg)
+    damping = _CORNERS * damping_nspm / (2.0 * math.sqrt(_CORNERS * stiffness_npm * inertia_kg))
     return math.hypot(1.0, 2.0 * damping) / (2.0 * damping)
 
 

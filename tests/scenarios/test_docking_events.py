@@ -66,7 +66,7 @@ def test_a_berth_that_is_not_quite_where_the_file_says(
         north_m + further_m * math.cos(into_rad), east_m + further_m * math.sin(into_rad)
     )
     moved = replace(dock, lat_deg=lat_deg, lon_deg=lon_deg, yaw_rad=dock.yaw_rad + math.radians(turned_deg))
-    berth = rig.world.berth = BerthModel(moved, home, rig.config.length_m, rig.config.beam_m)
+    berth = rig.world.berth = BerthModel(moved, home, rig.config.length_m, rig.config.beam_m, rig.config.hull.m22_kg)
     near_the_berth(station)
     station.ready()
     station.set_mode(DOCK)

@@ -34,7 +34,7 @@ _STALLED_SHARE = 0.35  # share of the speed of approach below which the boat cou
 _STALL_S = 0.8  # time stopped at the berth that counts as contact
 _OBSTACLE_S = 5.0  # time stopped short of the berth that counts as an obstacle
 _STALL_LAG_M = 0.03  # least distance of the reference ahead of a stopped boat
-_STALL_SHARE_OF_PUSH = 0.3  # share of DOCK_PUSH_N above the free-motion force that shows contact
+_STALL_SHARE_OF_PUSH = 0.3  # share of the push above the free-motion force that shows contact
 _FREE_S = 4.0  # averaging time of the free-motion force
 _QUIET_MPS, _QUIET_RADPS = 0.03, math.radians(1.0)
 _SEA_SHARE = 0.3  # share of the waves' motion that smoothing leaves
@@ -46,7 +46,8 @@ _SEA_GROWN = 1.5  # waves that have grown so much over DOCK_SEA_MAX on the way e
 _LEAST_LEFT_N = 0.1
 _GUSTS = 0.5  # extra push for gusts, as a share of the force of wind and current
 _PRESS_RADPS = 0.2  # bandwidth of the pushing force
-_DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind the contact
+_PUSH_SHARE = 1.0 / 3.0  # of the largest lasting force towards the berth: the push if DOCK_PUSH_N leaves it open
+_DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind the contact, deeper if the push needs it
 _SWING_1PS, _SWING_MAX_RAD = 0.05, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
 _LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has left the berth
 _DOCKED_S = 3.0
@@ -287,7 +288,7 @@ class Docking:
         motion, off_m = self._motion, self._motion.off_now_m
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
         lag_m = motion.off_m - self._off_m(setpoint)
-        resisted = motion.push_n - self._free_n > _STALL_SHARE_OF_PUSH * self._parameters["DOCK_PUSH_N"]
+        resisted = motion.push_n - self._free_n > _STALL_SHARE_OF_PUSH * self._push_n()
         stopped = motion.closing_mps < _STALLED_SHARE * self._speed_mps and lag_m > _STALL_LAG_M
         if min(motion.closing_mps, motion.closing_now_mps) >= _STALLED_SHARE * self._speed_mps:
             self._free_n += (pushing_n(self._berth, inputs) - self._free_n) * inputs.dt_s / _FREE_S
@@ -305,9 +306,7 @@ class Docking:
         self._motion.settle()
         self._contact_m, self._depth_m = off_m, min(_DEEPEST_M, max(_FURTHEST_M, lag_m))
         self._yaw_rad = self._berth.yaw_rad
-        self._enter(
-            DockingPhase.PUSH, inputs.now_s, f"Dock: contact, pushing with {self._parameters['DOCK_PUSH_N']:.0f} N"
-        )
+        self._enter(DockingPhase.PUSH, inputs.now_s, f"Dock: contact, pushing with {_newton(self._push_n())} N")
         self._left_s = None
 
     def _push(self, inputs: ModeInputs) -> Setpoint:
@@ -317,7 +316,7 @@ class Docking:
         wanted_n = self._wanted_n()
         stiffness = self._stiffness_npm()
         depth_m = self._depth_m + _PRESS_RADPS * dt_s * (wanted_n - pushing_n(berth, inputs)) / stiffness
-        self._depth_m = min(_DEEPEST_M, max(_FURTHEST_M, depth_m))
+        self._depth_m = min(max(_DEEPEST_M, wanted_n / stiffness), max(_FURTHEST_M, depth_m))
         swing_rad = wrap_pi(self._yaw_rad + _SWING_1PS * dt_s * wrap_pi(nav.yaw_rad - self._yaw_rad) - berth.yaw_rad)
         self._yaw_rad = berth.yaw_rad + min(_SWING_MAX_RAD, max(-_SWING_MAX_RAD, swing_rad))
         if self._good_s is None and now_s - self._since_s >= _DOCKED_S:
@@ -329,10 +328,15 @@ class Docking:
         return PoseSetpoint(north_m, east_m, wrap_pi(self._yaw_rad), progress=progress)
 
     def _wanted_n(self) -> float:
-        """The force to push with, N: against wind, current and gusts, against the waves, plus DOCK_PUSH_N."""
+        """The force to push with, N: against wind, current and gusts, against the waves, plus the push."""
         back_n = max(self._sea_n, self._wave_n())
-        wanted_n = (1.0 + _GUSTS) * max(0.0, self._free_n) + back_n + self._parameters["DOCK_PUSH_N"]
+        wanted_n = (1.0 + _GUSTS) * max(0.0, self._free_n) + back_n + self._push_n()
         return min(wanted_n, self._most_n[self._berth.towards][0])
+
+    def _push_n(self) -> float:
+        """The push of DOCK_PUSH_N; by default as much of its force as a boat of any size keeps up, N."""
+        push_n = self._parameters["DOCK_PUSH_N"]
+        return push_n if push_n >= 0.0 else _PUSH_SHARE * self._most_n[self._berth.towards][0]
 
     def _mind_contact(self, inputs: ModeInputs) -> None:
         """Come alongside again after wind or wake has moved the boat off the berth."""
@@ -365,12 +369,18 @@ class Docking:
             return None
         if nav.position_accuracy_m > parameters["DOCK_POS_ACC"]:
             return f"position known to {nav.position_accuracy_m:.2f} m only"
-        if inputs.now_s - self._since_s > parameters["DOCK_TIMEOUT"]:
+        if inputs.now_s - self._since_s > self._longest_s():
             if phase is DockingPhase.ALIGN and self._waits:
                 return self._sea_text(self._motion.mean_n)
             what = "lining up" if phase is DockingPhase.ALIGN else "coming alongside"
-            return f"{what} took more than {parameters['DOCK_TIMEOUT']:.0f} s"
+            return f"{what} took more than {self._longest_s():.0f} s"
         return self._strays() if phase is DockingPhase.APPROACH else self._overpowered()
+
+    def _longest_s(self) -> float:
+        """How long the present phase may last: DOCK_TIMEOUT, and the time that the way to the berth takes."""
+        if self._phase is DockingPhase.ALIGN:
+            return self._parameters["DOCK_TIMEOUT"]
+        return self._parameters["DOCK_TIMEOUT"] + (self._berth.standoff_m + _BEYOND_M) / self._speed_mps
 
     def _overpowered(self) -> str | None:
         """Return why wind, current or waves are too strong to come alongside, or None."""
@@ -463,3 +473,8 @@ class Docking:
     def _failed_text(self, inputs: ModeInputs) -> str:
         names = [self._config.thrusters[i].name for i in sorted(inputs.failed)]
         return f"thruster {' and '.join(names)} failed"
+
+
+def _newton(force_n: float) -> str:
+    """A force for a text, with a digit behind the point where a small boat pushes."""
+    return f"{force_n:.0f}" if force_n >= 3.0 else f"{force_n:.1f}"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from companion.config.hull import DampingConfig
 from companion.config.vessel import DockConfig, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.berth import BerthModel
@@ -19,7 +20,7 @@ HALF_BEAM_M = 0.36
 
 def berth(heading_deg: float = 0.0, side: str = "port", clearance_m: float = 0.0) -> BerthModel:
     dock = DockConfig(REVOLT.home.lat_deg, REVOLT.home.lon_deg, math.radians(heading_deg), side, 2.0, clearance_m)  # type: ignore[arg-type]
-    return BerthModel(dock, REVOLT.home, REVOLT.length_m, REVOLT.beam_m)
+    return BerthModel(dock, REVOLT.home, REVOLT.length_m, REVOLT.beam_m, REVOLT.hull.m22_kg)
 
 
 def hull_at(north_m: float, east_m: float, yaw_rad: float = 0.0, sway_mps: float = 0.0) -> Hull:
@@ -80,19 +81,47 @@ def test_the_speeds_of_the_last_touch_are_kept() -> None:
     assert line.touch_sway_mps == pytest.approx(-0.03)
 
 
-def test_compression_of_a_boat_that_drifts_on() -> None:
+def compression_m(speed_mps: float) -> float:
     """Half a period of a damped oscillator: x = v/ω_d · e^(−ζωt) sin ω_d t."""
+    mass, k, c = REVOLT.hull.m22_kg, 2.0 * 4000.0, 2.0 * 500.0
+    omega, zeta = math.sqrt(k / mass), 0.5 * c / math.sqrt(k * mass)
+    damped = omega * math.sqrt(1.0 - zeta * zeta)
+    t_s = math.atan2(damped, zeta * omega) / damped
+    return speed_mps / damped * math.exp(-zeta * omega * t_s) * math.sin(damped * t_s)
+
+
+def test_compression_of_a_boat_that_drifts_on() -> None:
     line = berth()
     hull = hull_at(0.0, 0.36, sway_mps=-0.05)
     deepest_m = 0.0
     for _ in range(200):
         hull.step(*line.push(hull), 0.01)
         deepest_m = max(deepest_m, -line.gap_m)
-    mass, k, c = REVOLT.hull.m22_kg, 2.0 * 4000.0, 2.0 * 500.0
-    omega, zeta = math.sqrt(k / mass), 0.5 * c / math.sqrt(k * mass)
-    damped = omega * math.sqrt(1.0 - zeta * zeta)
-    t_s = math.atan2(damped, zeta * omega) / damped
-    assert deepest_m == pytest.approx(0.05 / damped * math.exp(-zeta * omega * t_s) * math.sin(damped * t_s), rel=0.1)
+    assert deepest_m == pytest.approx(compression_m(0.05), rel=0.1)
+
+
+@pytest.mark.parametrize("share", [0.01, 1.0, 100.0])
+def test_boats_of_any_mass_come_to_rest_alike(share: float) -> None:
+    """Fenders as hard as ReVolt's throw a boat of 3 kg about, and a ship of 30 t sinks into them."""
+    given = REVOLT.hull
+    mass = {key: share * getattr(given, key) for key in ("m11_kg", "m22_kg", "m33_kgm2", "m23_kgm")}
+    hull = Hull(replace(given, **mass, damping=DampingConfig(), m32_kgm=share * (given.m32_kgm or given.m23_kgm)))
+    hull.place(0.0, 0.36, 0.0, 0.0, -0.05)
+    dock = DockConfig(REVOLT.home.lat_deg, REVOLT.home.lon_deg, 0.0, "port", 2.0, 0.0)
+    line = BerthModel(dock, REVOLT.home, REVOLT.length_m, REVOLT.beam_m, share * given.m22_kg)
+    gaps_m = []
+    for _ in range(400):
+        hull.step(*line.push(hull), 0.01)
+        gaps_m.append(line.gap_m)
+    assert -min(gaps_m) == pytest.approx(compression_m(0.05), rel=0.05)
+    assert abs(hull.sway_mps) < 0.04 and abs(hull.yaw_rate_radps) < 0.05
+
+
+def test_a_long_ship_has_a_long_berth() -> None:
+    dock = DockConfig(REVOLT.home.lat_deg, REVOLT.home.lon_deg, 0.0, "port", 8.0, 0.0)
+    line = BerthModel(dock, REVOLT.home, 16.0, 4.5, 40000.0)
+    line.push(hull_at(0.0, 2.24))
+    assert line.gap_m == pytest.approx(-0.01) and line.force_n > 0.0
 
 
 def test_a_world_has_the_vessels_berth_or_the_one_it_is_given() -> None:

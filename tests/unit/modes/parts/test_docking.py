@@ -155,6 +155,41 @@ def test_it_pushes_as_hard_as_asked(boat: Boat, quay: Quay, push_n: float) -> No
     assert quay.force_n == pytest.approx(push_n, abs=0.1)
 
 
+@pytest.mark.parametrize("sway_n", [6.0, 15.0])
+def test_by_default_it_pushes_with_a_third_of_what_it_can(
+    make_boat: Callable[..., Boat], revolt: VesselConfig, sway_n: float
+) -> None:
+    """5 N are more than a small ship model has, and nothing for a ship."""
+    boat = make_boat(replace(revolt, limits=replace(revolt.limits, sway_n=sway_n)))
+    boat.step()
+    quay = Quay(boat)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.step(40.0)
+    assert quay.force_n == pytest.approx(sway_n / 3.0, rel=0.03)
+    assert f"Dock: contact, pushing with {'2.0' if sway_n < 10.0 else '5'} N" in boat.texts()
+
+
+def test_a_push_that_takes_a_deep_reference(boat: Boat, quay: Quay) -> None:
+    """A ship's push over the stiffness of its pose control is more than half a metre."""
+    boat.parameters.set("DP_BW_SWAY", 0.1)
+    boat.parameters.set("DOCK_PUSH_N", 12.0)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.step(100.0)
+    assert quay.force_n == pytest.approx(12.0, abs=0.2)
+
+
+def test_far_out_it_has_the_time_that_the_way_takes(make_boat: Callable[..., Boat], revolt: VesselConfig) -> None:
+    assert revolt.dock is not None
+    boat = make_boat(replace(revolt, dock=replace(revolt.dock, standoff_m=10.0)))
+    boat.step()
+    Quay(boat)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"), 600.0)
+    assert boat.parameters["DOCK_TIMEOUT"] < 10.0 / boat.parameters["DOCK_SPEED"]
+
+
 def test_what_wind_takes_and_half_of_it_for_gusts_is_added_to_the_push(boat: Boat, quay: Quay) -> None:
     quay.free_n = 4.0
     dock(boat)
@@ -227,8 +262,9 @@ def thruster(boat: Boat, quay: Quay) -> None:
     boat.supervisor.thruster_failed(2, True)
 
 
-def short_of_time(boat: Boat, quay: Quay) -> None:
+def no_headway(boat: Boat, quay: Quay) -> None:
     boat.parameters.set("DOCK_TIMEOUT", 10.0)
+    boat.obey = lambda setpoint: None
 
 
 @pytest.mark.parametrize(
@@ -240,7 +276,7 @@ def short_of_time(boat: Boat, quay: Quay) -> None:
         (no_berth, "no berth 0.4 m beyond where it should be"),
         (obstacle, "stopped 1.2 m short of the berth"),
         (thruster, "thruster bow failed"),
-        (short_of_time, "coming alongside took more than 10 s"),
+        (no_headway, "coming alongside took more than 62 s"),
     ],
 )
 def test_it_gives_up_goes_back_and_says_why(boat: Boat, quay: Quay, cause: Any, reason: str) -> None:
@@ -429,6 +465,7 @@ def wave_force_n(boat: Boat, speed_mps: float) -> float:
 def test_waves_do_not_keep_it_from_docking(boat: Boat, quay: Quay) -> None:
     """It pushes harder by the force that they have, and is still docked when the push has the better of them."""
     speed_mps = 0.01
+    boat.parameters.set("DOCK_PUSH_N", 5.0)
     rocked(boat, speed_mps)
     dock(boat)
     boat.until(said(boat, "dock_docked"), 300.0)
