@@ -48,7 +48,7 @@ _GUSTS = 0.5  # extra push for gusts, as a share of the force of wind and curren
 _PRESS_RADPS = 0.2  # bandwidth of the pushing force
 _PUSH_SHARE = 1.0 / 3.0  # of the largest lasting force towards the berth: the push if DOCK_PUSH_N leaves it open
 _DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind the contact, deeper if the push needs it
-_SWING_1PS, _SWING_MAX_RAD = 0.05, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
+_YIELD_RADPS, _SWING_MAX_RAD = 1.0, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
 _LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has left the berth
 _DOCKED_S = 3.0
 _SWING_ROOM_M = 0.3  # to be left between face and hull while the boat turns
@@ -310,14 +310,15 @@ class Docking:
         self._left_s = None
 
     def _push(self, inputs: ModeInputs) -> Setpoint:
-        """Move the target of the pose control until the force towards the berth is the wanted one. So no integrator
-        winds up against the fender."""
-        nav, berth, dt_s, now_s = inputs.nav, self._berth, inputs.dt_s, inputs.now_s
+        """Move the target of the pose control until the force towards the berth is the wanted one, and the moment none:
+        the fenders keep the heading. So no integrator winds up against them."""
+        berth, dt_s, now_s = self._berth, inputs.dt_s, inputs.now_s
         wanted_n = self._wanted_n()
         stiffness = self._stiffness_npm()
         depth_m = self._depth_m + _PRESS_RADPS * dt_s * (wanted_n - pushing_n(berth, inputs)) / stiffness
         self._depth_m = min(max(_DEEPEST_M, wanted_n / stiffness), max(_FURTHEST_M, depth_m))
-        swing_rad = wrap_pi(self._yaw_rad + _SWING_1PS * dt_s * wrap_pi(nav.yaw_rad - self._yaw_rad) - berth.yaw_rad)
+        give_rad = _YIELD_RADPS * dt_s * inputs.achieved.yaw_nm / self._stiffness_nmprad()
+        swing_rad = wrap_pi(self._yaw_rad - give_rad - berth.yaw_rad)
         self._yaw_rad = berth.yaw_rad + min(_SWING_MAX_RAD, max(-_SWING_MAX_RAD, swing_rad))
         if self._good_s is None and now_s - self._since_s >= _DOCKED_S:
             self._good_s = now_s
@@ -469,6 +470,10 @@ class Docking:
         return (
             self._inertia_kg() * self._parameters["DP_BW_SWAY" if self._berth.towards[0] == 0.0 else "DP_BW_SURGE"] ** 2
         )
+
+    def _stiffness_nmprad(self) -> float:
+        """The stiffness of the pose control in yaw, N·m/rad."""
+        return self._config.hull.m33_kgm2 * self._parameters["DP_BW_YAW"] ** 2
 
     def _failed_text(self, inputs: ModeInputs) -> str:
         names = [self._config.thrusters[i].name for i in sorted(inputs.failed)]

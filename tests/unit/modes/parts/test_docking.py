@@ -180,6 +180,30 @@ def test_a_push_that_takes_a_deep_reference(boat: Boat, quay: Quay) -> None:
     assert quay.force_n == pytest.approx(12.0, abs=0.2)
 
 
+def test_the_heading_control_does_not_push_against_the_berth(boat: Boat, quay: Quay) -> None:
+    """The berth keeps the hull 2 degrees off the heading in the file. An integrator that asks for a turn would wind up,
+    until the thrusters had no force left for the push."""
+    dock(boat)
+    boat.until(said(boat, "dock_push"))
+    stiffness_nmprad = boat.config.hull.m33_kgm2 * boat.parameters["DP_BW_YAW"] ** 2
+    held_rad = quay.berth.yaw_rad + math.radians(2.0)
+    moments_nm = [0.3 * stiffness_nmprad]  # as wound up on the way
+
+    def held(setpoint: Any) -> None:
+        quay.follow(setpoint)
+        boat.nav = replace(boat.nav, yaw_rad=held_rad)
+        error_rad = math.remainder(setpoint.yaw_rad - held_rad, math.tau)
+        moments_nm[0] += 0.6 * stiffness_nmprad * error_rad * 0.1
+        moment_nm = stiffness_nmprad * error_rad + moments_nm[0]
+        x, y = quay.berth.towards
+        boat.supervisor.thrust_achieved(Wrench(quay.force_n * x, quay.force_n * y, moment_nm))
+        moments_nm.append(moment_nm)
+
+    boat.obey = held
+    boat.step(60.0)
+    assert max(abs(moment_nm) for moment_nm in moments_nm[-100:]) < 0.01 * stiffness_nmprad
+
+
 def test_far_out_it_has_the_time_that_the_way_takes(make_boat: Callable[..., Boat], revolt: VesselConfig) -> None:
     assert revolt.dock is not None
     boat = make_boat(replace(revolt, dock=replace(revolt.dock, standoff_m=10.0)))
