@@ -391,9 +391,9 @@ class Docking:
             return f"waves move the boat by {self._motion.scatter_mps:.2f} m/s"
         taken_n, (towards_n, away_n) = self._motion.mean_n, self._most_n[self._berth.towards]
         if taken_n > _MOST_TAKEN * towards_n:
-            return f"weather {taken_n:.0f} N, thrust {towards_n:.0f} N"
+            return f"weather {_newton(taken_n)} N, thrust {_newton(towards_n)} N"
         if -taken_n > _MOST_TAKEN * away_n:
-            return f"weather {-taken_n:.0f} N, thrust {away_n:.0f} N off the berth"
+            return f"weather {_newton(-taken_n)} N, thrust {_newton(away_n)} N off the berth"
         return None
 
     def _strays(self) -> str | None:
@@ -460,7 +460,7 @@ class Docking:
         return self._wave_n() / self._left_n(taken_n)
 
     def _sea_text(self, taken_n: float) -> str:
-        return f"waves {self._wave_n():.0f} N, push left {self._left_n(taken_n):.0f} N"
+        return f"waves {_newton(self._wave_n())} N, push left {_newton(self._left_n(taken_n))} N"
 
     def _inertia_kg(self) -> float:
         return self._config.hull.m22_kg if self._berth.towards[0] == 0.0 else self._config.hull.m11_kg
