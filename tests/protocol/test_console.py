@@ -110,6 +110,7 @@ def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
         check_ellipses(browser, k)
         check_values(browser)
         check_sail(browser)
+        check_rudder(browser)
         browser.click("#tabs [data-view=chart]")
         browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
         check_chart(browser)
@@ -324,6 +325,29 @@ def check_sail(browser: Browser) -> None:
     x1, y1, x2, y2 = blade
     assert (x1, y1) == pytest.approx((centre[0], centre[1] + k), abs=0.5)  # a metre astern
     assert x2 < x1 and y2 == pytest.approx(y1, abs=0.5)  # the blade to port, which pushes the stern to starboard
+
+
+def check_rudder(browser: Browser) -> None:
+    """Of a propeller with a rudder the page shows the blade as it stands, and its stops. It showed a red disc around the
+    stern: the part of a whole turn that the blade does not reach."""
+    sectors, blade, stops, centre, k = browser.run(
+        "const model = usvConsole.model, kept = [model.hello, model.tick], c = kept[0].configuration;"
+        "const screw = { ...c.thrusters[0], name: 'screw', kind: 'rudder', sail: null, x_m: -1, y_m: 0.2, forbidden_rad: [],"
+        " azimuth_min_rad: -0.5, azimuth_max_rad: 0.5 };"
+        "model.hello = { ...kept[0], configuration: { ...c, thrusters: [screw] } };"
+        "const row = { ...kept[1].row, yaw_rad: 0, screw_throttle: 0.5, screw_force_n: 2, screw_azimuth_rad: 0.5, screw_condition: 'ready' };"
+        "model.tick = { ...kept[1], row, more: { ...kept[1].more, feedback: [null] } }; usvConsole.redraw();"
+        "const l = $('#dp-blade-0'), found = [document.querySelectorAll('#dp-sectors .forbidden').length,"
+        " [l.x1, l.y1, l.x2, l.y2].map((v) => v.baseVal.value), $('#dp-sectors .stops').getAttribute('d'),"
+        " usvConsole.pixel(row.north_m, row.east_m), usvConsole.dpView.perM];"
+        "[model.hello, model.tick] = kept; usvConsole.redraw(); return found;"
+    )
+    assert sectors == 0
+    x1, y1, x2, y2 = blade
+    assert (x1, y1) == pytest.approx((centre[0] + 0.2 * k, centre[1] + k), abs=0.5)
+    assert math.atan2(x1 - x2, y2 - y1) == pytest.approx(0.5, abs=0.02)  # astern, to port: it pushes the stern away
+    rays = [tuple(map(float, part.replace("L", " ").split())) for part in stops.split("M")[1:]]
+    assert [math.atan2(x - u, v - y) for x, y, u, v in rays] == pytest.approx([-0.5, 0.5], abs=0.02)
 
 
 def seek(browser: Browser, t_s: float) -> None:

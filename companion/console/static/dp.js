@@ -216,12 +216,18 @@ function makePods(boat) {
   part.sectors.replaceChildren();
   pods = boat.thrusters.map((thruster, i) => ({
     thruster,
-    blade: thruster.sail ? line(part.thrusters, "blade", `dp-blade-${i}`) : null,
+    blade: thruster.sail || thruster.kind === "rudder" ? line(part.thrusters, "blade", `dp-blade-${i}`) : null,
     sectors: forbidden(thruster).map(() => svg("path", { class: "forbidden" }, part.sectors)),
+    stops: steers(thruster) ? svg("path", { class: "stops" }, part.sectors) : null,
     line: line(part.thrusters, "thrust", `dp-thrust-${i}`), head: svg("polygon", { class: "thrust-head" }, part.thrusters),
     mline: line(part.thrusters, "measured", `dp-measured-${i}`), mhead: svg("polygon", { class: "measured-head" }, part.thrusters),
     pod: svg("circle", { class: "pod", r: 4.5 }, part.thrusters),
   }));
+}
+
+/** Whether it turns to both sides of astern only, as outboards, nozzles and rudders: the page shows its two stops. */
+function steers({ kind, sail, azimuth_min_rad: low, azimuth_max_rad: high }) {
+  return kind !== "fixed" && !sail && low !== null && high !== null && high - low < Math.PI;
 }
 
 /** Sectors in which a thruster must not push: [from, to] in radians from the bow, clockwise. */
@@ -229,7 +235,7 @@ function forbidden(thruster) {
   if (thruster.sail) return [];
   const found = [...thruster.forbidden_rad];
   const { azimuth_min_rad: low, azimuth_max_rad: high } = thruster;
-  if (thruster.kind !== "fixed" && low !== null && high !== null && high - low < 2 * Math.PI) found.push([high, low + 2 * Math.PI]);
+  if (thruster.kind !== "fixed" && !steers(thruster) && low !== null && high !== null && high - low < 2 * Math.PI) found.push([high, low + 2 * Math.PI]);
   return found;
 }
 
@@ -242,11 +248,12 @@ export function perNewton(boat) {
 function drawThrusters(now, boat) {
   const k = perNewton(boat);
   set(part.thrusters, { "data-px-per-n": k });
-  pods.forEach(({ thruster, sectors, blade, line: l, head, mline, mhead, pod }, i) => {
+  pods.forEach(({ thruster, sectors, stops, blade, line: l, head, mline, mhead, pod }, i) => {
     const [x, y] = pixel(...fromBody([thruster.x_m, thruster.y_m], now.north_m, now.east_m, now.yaw_rad));
     const condition = now[`${thruster.name}_condition`];
     set(pod, { cx: x, cy: y, class: condition === "failed" ? "pod failed" : "pod" });
-    if (blade) { drawBlade(blade, thruster, more().feedback?.[i]?.azimuth_rad ?? now[`${thruster.name}_azimuth_rad`] ?? 0, now, boat); return; }
+    if (blade) drawBlade(blade, thruster, more().feedback?.[i]?.azimuth_rad ?? now[`${thruster.name}_azimuth_rad`] ?? 0, now, boat);
+    if (thruster.sail) return;
     const towards = (azimuth) => now.yaw_rad + (azimuth ?? thruster.azimuth_rad) + view.turn;
     const force = now[`${thruster.name}_force_n`] ?? 0, angle = towards(now[`${thruster.name}_azimuth_rad`]);
     arrow(l, head, x, y, k * force * Math.sin(angle), -k * force * Math.cos(angle), 10);
@@ -255,15 +262,22 @@ function drawThrusters(now, boat) {
     const real = towards(report?.azimuth_rad);
     arrow(mline, mhead, x, y, k * given * Math.sin(real), -k * given * Math.cos(real), 8);
     const size = Math.min(60, Math.max(22, 0.28 * boat.length_m * view.perM));
+    if (stops) set(stops, { d: [thruster.azimuth_min_rad, thruster.azimuth_max_rad].map((stop) => ray(x, y, size, towards(stop) + Math.PI)).join("") });
     forbidden(thruster).forEach(([from, to], n) => set(sectors[n], { d: pie(x, y, size, towards(from), towards(to)) }));
   });
 }
 
-/** The rudder of a sailing rig, whose pull nothing measures: the blade points away from where it pushes the stern. */
-function drawBlade(blade, { rudder }, angle, now, boat) {
+/** The rudder of a sailing rig, whose pull nothing measures, or behind a propeller: the blade points away from where it
+ * pushes the stern. */
+function drawBlade(blade, { sail, rudder, x_m, y_m }, angle, now, boat) {
   const place = ([x, y]) => pixel(...fromBody([x, y], now.north_m, now.east_m, now.yaw_rad)), long = 0.12 * boat.length_m;
-  const [x1, y1] = place([rudder.x_m, 0]), [x2, y2] = place([rudder.x_m - long * Math.cos(angle), -long * Math.sin(angle)]);
+  const [x, y] = sail ? [rudder.x_m, 0] : [x_m, y_m];
+  const [x1, y1] = place([x, y]), [x2, y2] = place([x - long * Math.cos(angle), y - long * Math.sin(angle)]);
   set(blade, { x1, y1, x2, y2 });
+}
+
+function ray(x, y, r, at) {
+  return `M${x} ${y}L${x + r * Math.sin(at)} ${y - r * Math.cos(at)}`;
 }
 
 function pie(x, y, r, from, to) {
