@@ -16,7 +16,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from companion.allocation.astern import STERN_FIRST_SHARE, astern_n
+from companion.config.blades import steered_by_rudder
 from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.dimensions.limits import sides_nm
 from companion.config.reversing import turns_in_place, turns_on_the_spot
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
@@ -44,6 +46,7 @@ _GO_COST = 0.25  # of a course with way on
 _BACK_COST_1PM = 0.1  # of a metre of way astern: a boat that steps aside is past the leader sooner
 # of a reversal of the course chosen before; the second of a boat that can reverse its thrust as well
 _SIDE_COST, _THRUST_SIDE_COST = 0.35, 0.6
+_STEERING_ASTERN = 0.75  # least share of the yaw limit that the boat has at rest, if it steers while it goes astern
 _BACK_RAD = math.radians(61.0)  # off the bow's present heading, up to which a boat turns while it goes astern
 _SHORT_COST_1PM = 1.0  # of a metre too near
 # The same at the end of the prediction, for a boat that coasts; where the leader then goes on and the boat lies still,
@@ -103,7 +106,10 @@ class Clearance:
         self._turning_mps = turning_mps(config, parameters)
         back_mps = STERN_FIRST_SHARE * top_speed_mps(config.hull, astern_n(config)) if can_reverse else 0.0
         self._back_mps = max(parameters["DP_SPEED_ASTERN"], back_mps) if can_reverse else 0.0
-        self._steers_astern = can_reverse and turns_on_the_spot(config.thrusters)
+        self._rest_share = _rest_share(config)
+        self._steers_astern = (
+            can_reverse and turns_on_the_spot(config.thrusters) and self._rest_share >= _STEERING_ASTERN
+        )
         agility = agility_of(config)
         self._aside_mps = 0.0 if agility is None else agility.sway_mps(_ASIDE_SHARE)
         self._thrust_mps2 = _THRUST_SHARE * config.limits.surge_n / config.hull.m11_kg
@@ -277,6 +283,8 @@ class Clearance:
         lies safely beside, and turn on its thrust."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
+        if speed_mps <= 0.0 and plan is None:
+            fastest *= math.sqrt(self._rest_share)
         north, east, yaw, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps
         drift_n, drift_e = self._drift(nav)
         u, v = nav.surge_mps, nav.sway_mps - drift_e * math.cos(yaw) + drift_n * math.sin(yaw)
@@ -340,6 +348,15 @@ class Clearance:
         if lag_s <= 0.0:
             return 0.0
         return (v - _STEP_S * hull.m11_kg / hull.m22_kg * u * r) / (1.0 + _STEP_S / lag_s)
+
+
+def _rest_share(config: VesselConfig) -> float:
+    """What the boat has of its yaw limit at rest and astern: less than 1 where rudders beside other thrusters help it
+    under way."""
+    thrusters, most_nm = config.thrusters, config.limits.yaw_nm
+    if steered_by_rudder(thrusters) or most_nm <= 0.0 or not any(row.kind == "rudder" for row in thrusters):
+        return 1.0
+    return min(1.0, min(sides_nm(tuple(thrusters))) / most_nm)
 
 
 def turning_mps(config: VesselConfig, parameters: Parameters) -> float:
