@@ -39,6 +39,11 @@ class EarlyTurn:
         self._resistance = 1.0
         self.bends: BendSpeeds | None = turning.bends
 
+    @property
+    def slides(self) -> bool:
+        """Whether turns begin earlier than by the bow's lag."""
+        return self._hull is not None
+
     def turns_against(self, resistance: float) -> bool:
         """The water resists a turn so many times as hard as the vessel's file says. Returns whether that is new."""
         if self._hull is None or self._by_file is None or abs(resistance - self._resistance) < _NEW * self._resistance:

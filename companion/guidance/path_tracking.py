@@ -266,7 +266,7 @@ class PathTracker:
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
         pace = _MOST_PACE * max(self._speed, creep_mps(self._parameters), math.hypot(nav.north_mps, nav.east_mps))
         self._s = max(self._s, min(nearest, self._s + pace * dt_s))
-        self._s = max(self._over_tips(track, dt_s), self._past_tips(nav, track, nearest, dt_s))
+        self._s = max(self._over_tips(nav, track, dt_s), self._past_tips(nav, track, nearest, dt_s))
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
@@ -328,7 +328,7 @@ class PathTracker:
                 return
             self._passed += 1
 
-    def _over_tips(self, track: Track, dt_s: float) -> float:
+    def _over_tips(self, nav: NavState, track: Track, dt_s: float) -> float:
         """The arc length reached. It advances by itself around the tip of a turn back: there the legs before and after
         the tip are equally near, so projection cannot tell them apart."""
         if self._plans:
@@ -336,7 +336,10 @@ class PathTracker:
             return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
         beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.spacing_m
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
-        if abs(turn) > ALMOST_BACK_RAD:
+        back = self._preview.turned_back_s_m(nav, track, self._s)
+        if back > self._s:
+            self._tip_end = max(self._tip_end, min(track.length_m, back + 3.0 * track.spacing_m))
+        elif abs(turn) > ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
         return max(
             self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)

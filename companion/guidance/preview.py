@@ -23,6 +23,7 @@ _FAR_INSIDE = 0.75  # the same of a boat that would run wide
 # Times the speed along the track: that of a boat under way there, however it heels, slips and lags. What sails so much
 # slower than it should lies across its course.
 _UNDER_WAY = 2.0
+_ALONG_RAD = math.radians(60.0)  # off the course of its leg, however a stream turns it, a boat is not on its way there
 
 
 class OnLeg(NamedTuple):
@@ -50,22 +51,33 @@ class Preview:
         """Another track."""
         self._back_m = 0.0
 
+    def turned_back_s_m(self, nav: NavState, track: Track, s_m: float) -> float:
+        """Up to which arc length a boat has turned back, in an arc that began before a tip which it will not reach any
+        more: its bow points back, or it sails back. `s_m` where it has not."""
+        if self._back_m <= s_m:
+            return s_m
+        course_rad = track.at(s_m).course_rad
+        c, s = math.cos(course_rad), math.sin(course_rad)
+        back = nav.north_mps * c + nav.east_mps * s <= 0.0 or math.cos(nav.yaw_rad - course_rad) <= 0.0
+        return self._back_m if back else s_m
+
     def ahead_m(self, nav: NavState, leg: OnLeg, error_m: float, lookahead_m: float) -> float:
         """How far ahead the course is taken. `error_m`: across the track.
 
-        In an arc that is several seconds: may be more than a leg. A boat that does not sail along the track comes no
-        nearer to its next leg, and where the track turns back one that is far off it has its own leg to sail yet: for
-        these the course would be now that of the one leg, now that of the other. A boat that has begun to turn back
-        goes on, though it sails no more along the track."""
+        In an arc, or of a boat that begins its turns early, that is several seconds: may be more than a leg. A boat
+        that does not sail along the track comes no nearer to its next leg, and where the track turns back one that is
+        far off it has its own leg to sail yet: for these the course would be now that of the one leg, now that of the
+        other. So has one whose bow does not point along its leg yet. A boat that has begun to turn back goes on, though
+        it sails no more along the track."""
         ahead_s = self.ahead_s(nav, leg)
         usual_m = ahead_s * leg.speed_mps
-        if self._turning.arc is None:
+        if self._turning.arc is None and not self.early.slides:
             return usual_m
         course_rad = leg.track.at(leg.s_m).course_rad
         along_mps = nav.north_mps * math.cos(course_rad) + nav.east_mps * math.sin(course_rad)
         ahead_m = min(usual_m, ahead_s * _UNDER_WAY * max(0.0, along_mps))
         if abs(wrap_pi(leg.track.at(leg.s_m + ahead_m).course_rad - course_rad)) > ALMOST_BACK_RAD:
-            if abs(error_m) > lookahead_m:
+            if abs(error_m) > lookahead_m or abs(wrap_pi(nav.yaw_rad - course_rad)) > _ALONG_RAD:
                 ahead_m = 0.0
             else:
                 self._back_m = max(self._back_m, leg.s_m + ahead_m)

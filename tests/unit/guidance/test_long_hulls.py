@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,20 +10,27 @@ from dataclasses import replace
 import pytest
 
 from companion.cli.new_file import Answers, file_text
-from companion.config.vessel import parse
+from companion.config.vessel import VesselConfig, parse
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
 from companion.guidance.path_tracking import PathProgress, PathTracker
-from companion.guidance.turning import turning_of
+from companion.guidance.turning import Turning, turning_of
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from sitl.hull import dynamics
+from tests.unit.control.simple_boat import nav_state
 
 ANSWERS = Answers(
     "launch", "Launch", "monohull", 7.2, 2.4, 1800.0, None, None, None, "rudder", "1200", None, 0.0, "microcontroller",
     "one", 63.442, 10.4,
 )  # fmt: skip
 LAUNCH = parse(file_text(ANSWERS), "launch.toml")
+SHIP_ANSWERS = replace(
+    ANSWERS, name="ship", length_m=12.0, beam_m=3.6, mass_kg=14000.0, layout="rudder-bow", motor="9000",
+    bow_motor="1500",
+)  # fmt: skip
+SHIP = parse(file_text(SHIP_ANSWERS), "ship.toml")
+SHIP_TURNING = turning_of(SHIP, on_the_spot=True)
 DT_S = 0.1
 RUDDER_LAG_S = 0.5
 
@@ -95,3 +103,53 @@ def test_a_short_first_leg_astern_does_not_lead_it_away(astern_m: float) -> None
         if progress.passed < 2:
             far_m = max(far_m, math.hypot(there.north_m, there.east_m))
     assert far_m < 40.0
+
+
+def back_and_forth(turning: Turning, parameters: Parameters) -> PathTracker:
+    """A guide to 30 m astern of home and back."""
+    guide = PathTracker(parameters, can_sway=False, turning=turning)
+    guide.start([Waypoint(-30.0, 0.0), Waypoint(40.0, 0.0)], nav_state(yaw_rad=math.pi, surge_mps=1.4))
+    guide.turns_against(3.0)
+    return guide
+
+
+def test_a_ship_blown_off_as_it_turns_round_keeps_to_the_leg_that_it_has_to_sail() -> None:
+    """A ship with a thruster across its bow begins its turns 6 s early, and a wind blew it back as it turned to a first
+    leg of 8 m astern. Its course was now that of this leg, now that of the next: the heading asked for changed its side
+    every 1.5 s, the ship never came round, and held for want of headway."""
+    parameters = Parameters({**SHIP.parameters, "NAV_ACC_RAD": 1.0})
+    guide = PathTracker(parameters, can_sway=False, turning=SHIP_TURNING)
+    guide.start([Waypoint(-8.0, 0.0), Waypoint(0.0, 0.0), Waypoint(30.0, 0.0)], nav_state())
+    guide.turns_against(3.0)
+    asked: list[float] = []
+    for i in range(400):
+        swing = math.sin(0.2 * i)
+        nav = nav_state(0.05 * i, -0.02 * i, -math.radians(10.0 + 0.1 * i), 0.45 + 0.25 * swing, 0.05, 0.02 * swing)
+        yaw = guide.update(nav, parameters["WP_SPEED"], DT_S).setpoint.yaw_rad
+        assert yaw is not None
+        asked.append(yaw)
+    turned = [wrap_pi(b - a) for a, b in itertools.pairwise(asked)]
+    sides = [turn > 0.0 for turn in turned if abs(turn) > math.radians(0.5)]
+    assert sum(a is not b for a, b in itertools.pairwise(sides)) <= 1
+    assert abs(wrap_pi(asked[-1] - math.pi)) < math.radians(60.0)
+
+
+@pytest.mark.parametrize(("config", "turning"), [(LAUNCH, turning_of(LAUNCH, on_the_spot=False)), (SHIP, SHIP_TURNING)])
+def test_blown_back_before_the_tip_it_has_turned_back(config: VesselConfig, turning: Turning) -> None:
+    """It begins its turn back before the tip. Blown away from that, it counted its distance from the leg before, and
+    leant away from the track for ever."""
+    parameters = Parameters({**config.parameters, "NAV_ACC_RAD": 1.0})
+    guide = back_and_forth(turning, parameters)
+    north_m, turns_rad = 0.0, 0.0
+    while turns_rad < math.radians(3.0):
+        assert north_m > -28.0, "it turns no earlier"
+        north_m -= 1.4 * DT_S
+        asked = guide.update(nav_state(north_m, 0.0, math.pi, 1.4), 1.4, DT_S).setpoint.yaw_rad
+        turns_rad = abs(wrap_pi((asked or 0.0) - math.pi))
+    assert north_m < -15.0, "it has sailed its leg"
+    for i in range(400):  # blown to the north-west
+        turned = max(-0.5 * math.pi, -math.pi + 0.02 * i)
+        nav = nav_state(north_m + 0.03 * i, -0.015 * i, turned, 0.2, 0.3)
+        progress = guide.update(nav, 1.4, DT_S)
+    assert progress.passed == 1
+    assert progress.setpoint.yaw_rad is not None and 0.0 < progress.setpoint.yaw_rad < math.radians(80.0)
