@@ -304,8 +304,8 @@ class Clearance:
             if abs(off) > TURNING_RAD and wanted >= 0.0:
                 wanted = max(wanted, self._turning_mps)
             if u > wanted:
-                drag = hull.drag_n(abs(u)) / hull.m11_kg
-                u = max(wanted, u - _STEP_S * max(brake, drag if u > 0.0 else 0.0))
+                drag = hull.drag_n(abs(u)) / hull.m11_kg if u > 0.0 else 0.0
+                u = max(wanted, u - _STEP_S * (drag if self._turns_first(off) else max(brake, drag)))
             else:
                 u = min(wanted, u + _STEP_S * push)
             c, s = math.cos(yaw), math.sin(yaw)
@@ -321,6 +321,10 @@ class Clearance:
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1])
         return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _turns_first(self, off_rad: float) -> bool:
+        """Whether a turn takes all thrust of a boat that its rudders turn ahead only: none is left to brake or back."""
+        return self._rest_share < _STEERING_ASTERN and abs(off_rad) > TURNING_RAD
 
     def _drift(self, nav: NavState) -> tuple[float, float]:
         """The velocity (north, east) with which wind and current carry a boat aside that can stop, but not push itself

@@ -124,6 +124,21 @@ class Twin(Jet):
         return self._go(u, rate)
 
 
+class TwinScrew(Twin):
+    """A ship that its rudders turn ahead. Where it makes no way its propellers turn it slowly, with all their thrust: it
+    brakes or backs only while it does not turn."""
+
+    ahead_radps, at_rest_radps = 0.25, 0.13
+
+    def step(self, setpoint: Setpoint) -> NavState:
+        asked = setpoint.yaw_rad if isinstance(setpoint, PathSetpoint) else None
+        brakes = isinstance(setpoint, PathSetpoint) and setpoint.surge_mps < min(0.5, self.nav.surge_mps)
+        self.turns_radps = self.at_rest_radps if brakes or self.nav.surge_mps < 0.5 else self.ahead_radps
+        turns = asked is not None and abs(wrap_pi(asked - self.nav.yaw_rad)) > 0.1
+        self.thrust_mps2 = 0.03 if brakes and turns else 0.3
+        return super().step(setpoint)
+
+
 class Carried(Twin):
     """A twin that a known current carries north, against which it cannot push itself sideways."""
 

@@ -10,8 +10,9 @@ from itertools import pairwise
 
 import pytest
 
+from companion.cli.new_file import file_text
 from companion.config.reversing import can_reverse
-from companion.config.vessel import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load, parse
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
@@ -19,8 +20,9 @@ from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
-from tests.unit.following.leaders import DT_S, Carried, Jet, Lead, Twin, leader_at
+from tests.unit.following.leaders import DT_S, Carried, Jet, Lead, Twin, TwinScrew, leader_at
 from tests.unit.guidance.test_long_hulls import LAUNCH
+from tests.unit.rudder_boat import ANSWERS
 
 JET = load(find("rescuerunner"))
 TWIN = load(find("blueboat"))  # turns in place
@@ -309,6 +311,22 @@ def test_a_slow_leader_that_turns_back_past_the_boat_is_made_room_for(side: floa
     assert chase.least_m > LEAST_M + 1.0
     chase.sail(35.0, 1.0, follow_position=(15.0, math.pi))
     assert chase.motion.cross_m == pytest.approx(0.0, abs=1.5) and abs(chase.motion.off_m) < 2.0, "and follows it again"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_ship_that_its_rudders_turn_ahead_gets_out_of_the_way_of_a_leader_that_turns_back(side: float) -> None:
+    """Astern it turns slowly, and with all its thrust. It stood there and turned, and with a real ship came to 9 m."""
+    answers = replace(
+        ANSWERS, layout="two-rudders", length_m=10.0, beam_m=3.0, mass_kg=9000.0, motor="4000", spread_m=1.4
+    )
+    ship = parse(file_text(answers), "ship.toml")
+    lead = Lead(0.0, 0.0)
+    chase = Chase(TwinScrew(ship, -30.0, 0.0), lead, ship)
+    astern = (30.0, math.pi)
+    chase.sail(60.0, 1.3, follow_position=astern)
+    chase.sail(math.pi / 0.26, 1.3, side * 0.26, follow_position=astern)
+    chase.sail(40.0, 1.3, follow_position=astern)
+    assert chase.least_m > LEAST_M + 1.0
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
