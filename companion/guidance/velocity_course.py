@@ -61,13 +61,24 @@ class VelocityCourse:
         if speed < STANDING_MPS:
             return self._by_the_hull(0.0, replace(wanted, yaw_rate_radps=0.0), nav, dt_s)
         course = math.atan2(east, north)
+        mean = without_waves(nav)
         steered = self._keeping.update(
-            without_waves(nav), (speed * math.cos(course), speed * math.sin(course)), straight, dt_s
+            mean,
+            (speed * math.cos(course), speed * math.sin(course)),
+            straight,
+            dt_s,
+            self._passing_mps(mean, course, speed),
         )
         best = self._crab.heading_rad(nav, math.atan2(steered[1], steered[0]), math.hypot(*steered), self._yaw)
         self._yaw = wrap_pi(self._yaw + _within(wrap_pi(best - self._yaw), most_rad * dt_s))
         surge = speed * max(_STEERAGE_SHARE, math.cos(wrap_pi(course - nav.yaw_rad)))
         return replace(self._setpoint(surge, 0.0, dt_s), progress=Progress(course_rad=course))
+
+    def _passing_mps(self, nav: NavState, course_rad: float, speed_mps: float) -> float:
+        """Of the velocity across the course, to starboard, what goes as the turn under way ends: the sideslip that it
+        gives the hull, and the bow that has not come to its setpoint."""
+        slip = self._crab.slip_mps * math.cos(wrap_pi(nav.yaw_rad - course_rad))
+        return slip + speed_mps * math.sin(wrap_pi(nav.yaw_rad - self._yaw))
 
     def _along_the_hull(self, wanted: MotionRequest, dt_s: float) -> float | None:
         """The requested speed ahead, for a request in body axes or for none; None for one over ground."""
