@@ -19,6 +19,10 @@ from companion.params.store import Parameters
 STANDING_MPS = 0.05  # a slower request means to stand still
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points off the course
 _POINT_RATE_1PS = 0.25
+# Lag of the hull's sway, from where what its turn explains is less and not at all learnt. Hulls that follow sooner do not
+# snake, and answer gusts better with all of it: WAM-V 16 in 6 m/s was 0.44 m off a straight line in place of 0.36.
+_EARLY_S, _LATE_S = 2.5, 4.5
+_SLIDES_MPS = 0.1  # for that lag
 _LARGEST_LEAD_RAD = math.radians(45.0)
 
 
@@ -36,6 +40,7 @@ class VelocityCourse:
         self._parameters = parameters
         self._crab = CrabCompensation(top_mps, steered)
         self._keeping = CourseKeeping()
+        self._hull = None if steered is None else steered.hull
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0
         self._velocity = (0.0, 0.0)
@@ -76,9 +81,11 @@ class VelocityCourse:
 
     def _passing_mps(self, nav: NavState, course_rad: float, speed_mps: float) -> float:
         """Of the velocity across the course, to starboard, what goes as the turn under way ends: the sideslip that it
-        gives the hull, and the bow that has not come to its setpoint."""
+        gives the hull, and the bow that has not come to its setpoint; 0 for a hull whose course follows soon."""
+        late_s = 0.0 if self._hull is None else self._hull.sway_lag_s(speed_mps, _SLIDES_MPS)
+        share = min(1.0, max(0.0, (late_s - _EARLY_S) / (_LATE_S - _EARLY_S)))
         slip = self._crab.slip_mps * math.cos(wrap_pi(nav.yaw_rad - course_rad))
-        return slip + speed_mps * math.sin(wrap_pi(nav.yaw_rad - self._yaw))
+        return share * (slip + speed_mps * math.sin(wrap_pi(nav.yaw_rad - self._yaw)))
 
     def _along_the_hull(self, wanted: MotionRequest, dt_s: float) -> float | None:
         """The requested speed ahead, for a request in body axes or for none; None for one over ground."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,7 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.guidance.motion_request import MotionRequest
+from companion.guidance.sideslip import SteeredHull
 from companion.guidance.velocity_course import VelocityCourse
 from companion.params.store import Parameters
 from companion.params.table import table_of
@@ -30,7 +32,8 @@ class Drifting:
         self.yaw_rad = self.surge_mps = self.yaw_rate_radps = 0.0
         self.headings: list[float] = []
         self.made: list[tuple[float, float]] = []
-        self.course = VelocityCourse(PARAMETERS, 2.4, can_reverse=True)
+        hull = replace(OTTER.hull, m22_kg=6.0 * OTTER.hull.m22_kg) if late_s > 1.0 else OTTER.hull
+        self.course = VelocityCourse(PARAMETERS, 2.4, True, SteeredHull(hull) if late_s > 1.0 else None)
         self.course.start(self.nav())
 
     def nav(self) -> NavState:
