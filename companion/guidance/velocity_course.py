@@ -19,8 +19,9 @@ from companion.params.store import Parameters
 STANDING_MPS = 0.05  # a slower request means to stand still
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points off the course
 _POINT_RATE_1PS = 0.25
-# Lag of the hull's sway, from where what its turn explains is less and not at all learnt. Hulls that follow sooner do not
-# snake, and answer gusts better with all of it: WAM-V 16 in 6 m/s was 0.44 m off a straight line in place of 0.36.
+# Lags of the hull's sway, between which ever less is learnt of what its turn explains. Hulls that follow sooner do
+# not snake, and answer gusts better with all of it: WAM-V 16 in 6 m/s was 0.44 m off a straight line without, 0.36
+# with it.
 _EARLY_S, _LATE_S = 2.5, 4.5
 _SLIDES_MPS = 0.1  # for that lag
 _LARGEST_LEAD_RAD = math.radians(45.0)
