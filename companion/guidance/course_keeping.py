@@ -2,7 +2,8 @@
 
 The triangle knows the current only as well as the estimate does, which takes part of the wind for a stream and knows no
 gusts. What still carries the boat off its course is measured as velocity across the course, and asked for the other
-way.
+way. What goes as the turn under way ends is not learnt: the bow of a long hull follows its setpoint late, and its
+course the bow, and a loop that integrated that would swing it to and fro.
 """
 
 from __future__ import annotations
@@ -31,9 +32,10 @@ class CourseKeeping:
         """Forget it."""
         self._north = self._east = self._across = 0.0
 
-    def update(self, nav: NavState, wanted: Pair, straight: float, dt_s: float) -> Pair:
+    def update(self, nav: NavState, wanted: Pair, straight: float, dt_s: float, passing_mps: float = 0.0) -> Pair:
         """The velocity (north, east) to steer for, so that the boat makes `wanted` over ground. `straight`: from 1 on a
-        steady course to 0 in a bend."""
+        steady course to 0 in a bend. `passing_mps`: of the velocity across `wanted`, to starboard, what goes as the
+        turn under way ends."""
         speed = math.hypot(*wanted)
         if speed <= 0.0:
             return wanted
@@ -42,8 +44,9 @@ class CourseKeeping:
         learns = straight * max(0.0, 1.0 - off_rad / _TURN_RAD)
         across = nav.north_mps * side_n + nav.east_mps * side_e
         self._across += min(1.0, dt_s / _SEEN_S) * (learns * across - self._across)
-        self._north += _LEARNS_1PS * dt_s * learns * across * side_n
-        self._east += _LEARNS_1PS * dt_s * learns * across * side_e
+        learnt = _LEARNS_1PS * dt_s * learns * (across - passing_mps)
+        self._north += learnt * side_n
+        self._east += learnt * side_e
         most = _MOST_SHARE * speed
         share = most / max(most, math.hypot(self._north, self._east))
         self._north, self._east = share * self._north, share * self._east

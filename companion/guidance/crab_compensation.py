@@ -23,7 +23,7 @@ class CrabCompensation:
     Uses the estimated current, or, while none is known, the drift that it learns itself: the sideways velocity over
     ground beyond the hull's own sideslip, remembered in NED so that it stays correct through a bend. `top_mps`: top
     speed through the water. `steered`: the hull of a boat without sideways thrust. Remembers current or drift, the
-    sideslip, and the leg's speed.
+    sideslip, and the leg's speed. `slip_mps`: the sideslip that the boat's own turns give it, after each `update`.
     """
 
     def __init__(self, top_mps: float, steered: SteeredHull | None = None) -> None:
@@ -36,7 +36,7 @@ class CrabCompensation:
         self._north = self._east = 0.0
         self._fresh = True
         self._supposed = False
-        self._leg_mps = 0.0
+        self._leg_mps = self.slip_mps = 0.0
         self._sideslip.reset()
 
     def begin(self, nav: NavState) -> None:
@@ -56,6 +56,7 @@ class CrabCompensation:
         """Learn the drift, while no current is known. `straight`: from 1 on a steady course to 0 in a bend, where the
         hull slips for other reasons."""
         known, slip_mps = _current(nav), self._sideslip.update(nav, dt_s)
+        self.slip_mps = slip_mps
         if known is None:
             bound_mps, part = max(speed_mps, abs(nav.surge_mps)), straight * min(1.0, dt_s / _DRIFT_TIME_S)
             self._learn_drift(nav, bound_mps, part, slip_mps)

@@ -19,6 +19,11 @@ from companion.params.store import Parameters
 STANDING_MPS = 0.05  # a slower request means to stand still
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points off the course
 _POINT_RATE_1PS = 0.25
+# Lags of the hull's sway, between which ever less is learnt of what its turn explains. Hulls that follow sooner do
+# not snake, and answer gusts better with all of it: WAM-V 16 in 6 m/s was 0.44 m off a straight line without, 0.36
+# with it.
+_EARLY_S, _LATE_S = 2.5, 4.5
+_SLIDES_MPS = 0.1  # for that lag
 _LARGEST_LEAD_RAD = math.radians(45.0)
 
 
@@ -36,6 +41,7 @@ class VelocityCourse:
         self._parameters = parameters
         self._crab = CrabCompensation(top_mps, steered)
         self._keeping = CourseKeeping()
+        self._hull = None if steered is None else steered.hull
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0
         self._velocity = (0.0, 0.0)
@@ -61,13 +67,26 @@ class VelocityCourse:
         if speed < STANDING_MPS:
             return self._by_the_hull(0.0, replace(wanted, yaw_rate_radps=0.0), nav, dt_s)
         course = math.atan2(east, north)
+        mean = without_waves(nav)
         steered = self._keeping.update(
-            without_waves(nav), (speed * math.cos(course), speed * math.sin(course)), straight, dt_s
+            mean,
+            (speed * math.cos(course), speed * math.sin(course)),
+            straight,
+            dt_s,
+            self._passing_mps(mean, course, speed),
         )
         best = self._crab.heading_rad(nav, math.atan2(steered[1], steered[0]), math.hypot(*steered), self._yaw)
         self._yaw = wrap_pi(self._yaw + _within(wrap_pi(best - self._yaw), most_rad * dt_s))
         surge = speed * max(_STEERAGE_SHARE, math.cos(wrap_pi(course - nav.yaw_rad)))
         return replace(self._setpoint(surge, 0.0, dt_s), progress=Progress(course_rad=course))
+
+    def _passing_mps(self, nav: NavState, course_rad: float, speed_mps: float) -> float:
+        """Of the velocity across the course, to starboard, what goes as the turn under way ends: the sideslip that it
+        gives the hull, and the bow that has not come to its setpoint; 0 for a hull whose course follows soon."""
+        late_s = 0.0 if self._hull is None else self._hull.sway_lag_s(speed_mps, _SLIDES_MPS)
+        share = min(1.0, max(0.0, (late_s - _EARLY_S) / (_LATE_S - _EARLY_S)))
+        slip = self._crab.slip_mps * math.cos(wrap_pi(nav.yaw_rad - course_rad))
+        return share * (slip + speed_mps * math.sin(wrap_pi(nav.yaw_rad - self._yaw)))
 
     def _along_the_hull(self, wanted: MotionRequest, dt_s: float) -> float | None:
         """The requested speed ahead, for a request in body axes or for none; None for one over ground."""
