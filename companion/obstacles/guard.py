@@ -283,6 +283,7 @@ class ObstacleGuard:
         reason = round_it.lay(future.result(), inputs)
         if reason is None:
             self._since_s, self._blocked, self._stopped_s = None, 0, None
+            self._backing = False  # it has room to turn to that way; astern, wind and current take it aside
             self._patience.laid(mode.way_ahead(), inputs.speed_mps, now_s)
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
         else:
@@ -359,7 +360,10 @@ class ObstacleGuard:
             self.impossible = reason
 
     def _may_give_up(self, inputs: ModeInputs) -> bool:
-        """Not while something that moves comes near: the mode that follows keeps off nothing."""
+        """Not while something that moves comes near: the mode that follows keeps off nothing. Nor while the boat backs
+        out, for room to turn to another way."""
+        if self._backing:
+            return False
         movers = self._around.movers(inputs.now_s)
         return not (self._keeping_off.lasts or self._keeping_off.comes(movers, inputs.nav))
 

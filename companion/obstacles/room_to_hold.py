@@ -20,6 +20,7 @@ _LEAST_SHARE = 0.5
 _FARTHEST = 3.0  # times the room
 _RINGS, _BEARINGS = 12, 24
 _LAG_S = 1.5  # of a turn in a stream
+_LEAST_ASTERN_MPS = 0.05
 
 
 class RoomToHold:
@@ -78,7 +79,11 @@ class RoomToHold:
         if not self._backs or has_m >= (self.room_m if backing else self.least_m):
             return False
         along = math.cos(astern_rad), math.sin(astern_rad)
-        next_place = here[0] + self._half_m * along[0], here[1] + self._half_m * along[1]
+        aside_m = self._half_m * nav.sway_mps / max(_LEAST_ASTERN_MPS, self._parameters["DP_SPEED_ASTERN"])
+        next_place = (
+            here[0] + self._half_m * along[0] + aside_m * along[1],
+            here[1] + self._half_m * along[1] - aside_m * along[0],
+        )
         far_place = here[0] + 4.0 * self._half_m * along[0], here[1] + 4.0 * self._half_m * along[1]
         return (
             self._gap_m(next_place, water) > has_m

@@ -11,7 +11,7 @@ import pytest
 
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
-from companion.fence.allowed import Allowed
+from companion.fence.allowed import Allowed, Way
 from companion.obstacles.open_water import Water
 from companion.obstacles.room_to_hold import RoomToHold
 from companion.params.store import Parameters
@@ -68,6 +68,42 @@ def test_once_it_backs_out_it_goes_on_until_it_has_all_the_room() -> None:
     nav, fence, stone = replace(AT_REST, north_m=-2.5), no_fence(SKIFF, Parameters()), water((5.0, 0.0, 1.0))
     assert [room().backs_out(nav, stone, fence, begun) for begun in (False, True)] == [False, True]
     assert not room().backs_out(replace(nav, north_m=-4.0), stone, fence, True)
+
+
+@pytest.mark.parametrize(("aside_mps", "backs"), [(0.0, True), (0.3, False), (-0.3, True)])
+def test_it_backs_out_only_where_wind_and_current_do_not_set_it_down_meanwhile(aside_mps: float, backs: bool) -> None:
+    """Bow off the wind, a rowing boat went astern for 85 s from a shoal, and was set onto the quay beside it."""
+    nav, fence = replace(AT_REST, sway_mps=aside_mps), no_fence(SKIFF, Parameters())
+    ahead, to_leeward = (4.0, 0.0, 1.0), (0.0, 3.6, 0.3)
+    assert room().backs_out(nav, water(ahead, to_leeward), fence, True) is backs
+
+
+def test_it_backs_out_no_further_than_it_needs_to_turn_to_the_way_that_is_found() -> None:
+    """It went on to where all of its watch circle is free, and found no such place in a harbour."""
+    wall = [(0.0, float(east_m), 1.0) for east_m in np.arange(-8.0, 8.5, 1.0)]
+    bridge, mode = Bridge(*wall, config=SKIFF), Sailing([(-3.5, 0.0), (30.0, 0.0)], goes_round=True)
+    bridge.parameters.set("DP_WATCH_R", 12.0)
+    backed_m, out = 0.0, None
+    for _ in range(100):
+        out = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6, north_m=-3.5 - backed_m)
+        if None in mode.laid[:1] and not isinstance(out, WrenchSetpoint):
+            break
+        backed_m += 0.2 * isinstance(out, WrenchSetpoint)
+    assert isinstance(out, PathSetpoint) and isinstance(mode.laid[-1], Way)
+    assert 0.4 < backed_m < 6.0
+
+
+def test_it_does_not_give_up_while_it_backs_out() -> None:
+    """Three boats with rudders gave up a harbour at its shoal after CP_WAIT, before they had room to turn away."""
+    ring = [(20.0 * math.cos(a), 20.0 * math.sin(a), 1.0) for a in np.linspace(0.0, math.tau, 60, endpoint=False)]
+    bridge, mode = Bridge(*ring, config=SKIFF), Sailing([(0.0, 0.0), (60.0, 0.0)], goes_round=True)
+    bridge.parameters.set("DP_WATCH_R", 12.0)
+    for _ in range(100):
+        out = bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6, north_m=12.0)
+    assert isinstance(out, WrenchSetpoint) and bridge.guard.impossible is None
+    for _ in range(50):
+        bridge.steer(PathSetpoint(0.0, surge_mps=1.0), mode, 0.6)
+    assert bridge.guard.impossible == "no open water"
 
 
 def test_where_no_way_leads_on_the_boat_stops_with_room_to_hold() -> None:
