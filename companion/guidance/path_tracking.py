@@ -50,7 +50,9 @@ _LEARNS, _LEARNS_IN_ARC = 2.0, 0.5  # look-ahead distances: a larger error is a 
 _ASTRAY_RAD = math.radians(20.0)
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
-_TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
+# A planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it. It is the mean
+# from _TIP_M before the place to _TIP_M beyond: in the midst of a tip the bend may be less sharp for a moment.
+_TIP_1PM, _TIP_M = 2.0, 0.1
 _PAST_M = 0.2  # ahead of its place on the track, in the course there, a boat has sailed past a tip
 _SURGE_SHARE = 1.5  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _ROUNDING_SHARE = 3.0  # the same where the bow turns into a stream that carries the boat past its end
@@ -264,9 +266,7 @@ class PathTracker:
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
-        pace = _MOST_PACE * max(self._speed, creep_mps(self._parameters), math.hypot(nav.north_mps, nav.east_mps))
-        self._s = max(self._s, min(nearest, self._s + pace * dt_s))
-        self._s = max(self._over_tips(nav, track, dt_s), self._past_tips(nav, track, nearest, dt_s))
+        self._go_along(nav, track, nearest, dt_s)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
@@ -328,12 +328,25 @@ class PathTracker:
                 return
             self._passed += 1
 
-    def _over_tips(self, nav: NavState, track: Track, dt_s: float) -> float:
-        """The arc length reached. It advances by itself around the tip of a turn back: there the legs before and after
-        the tip are equally near, so projection cannot tell them apart."""
+    def _go_along(self, nav: NavState, track: Track, nearest_m: float, dt_s: float) -> None:
+        """Take the arc length reached: by projection, or past a tip by its own advance. Which leads further, not both
+        in turn: as the one gives way to the other, the place would jump."""
+        before_m, speed_mps = self._s, max(self._speed, creep_mps(self._parameters))
+        pace = _MOST_PACE * max(speed_mps, math.hypot(nav.north_mps, nav.east_mps))
+        self._s = max(before_m, min(nearest_m, before_m + pace * dt_s))
+        self._s = max(
+            self._s,
+            self._over_tips(nav, track, before_m, dt_s),
+            self._past_tips(nav, track, nearest_m, before_m + speed_mps * dt_s),
+        )
+
+    def _over_tips(self, nav: NavState, track: Track, before_m: float, dt_s: float) -> float:
+        """The arc length reached from `before_m` around the tip of a turn back, by itself: there the legs before and
+        after the tip are equally near, so projection cannot tell them apart."""
         if self._plans:
-            tip = abs(track.at(self._s).curvature_1pm) > _TIP_1PM
-            return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
+            turn_rad = track.at(self._s + _TIP_M).course_rad - track.at(self._s - _TIP_M).course_rad
+            tip = abs(turn_rad) > 2.0 * _TIP_M * _TIP_1PM
+            return min(track.length_m, before_m + self._speed * dt_s) if tip else before_m
         beyond = self._s + TURN_PREVIEW_S * self._speed + 3.0 * track.spacing_m
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         back = self._preview.turned_back_s_m(nav, track, self._s)
@@ -341,20 +354,18 @@ class PathTracker:
             self._tip_end = max(self._tip_end, min(track.length_m, back + 3.0 * track.spacing_m))
         elif abs(turn) > ALMOST_BACK_RAD:
             self._tip_end = min(track.length_m, beyond)
-        return max(
-            self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)
-        )
+        return min(self._tip_end, before_m + _TIP_PACE * max(self._speed, creep_mps(self._parameters)) * dt_s)
 
-    def _past_tips(self, nav: NavState, track: Track, nearest_m: float, dt_s: float) -> float:
-        """The arc length reached, which advances by itself where the boat lies ahead of it in the course there: beyond
-        a tip that it did not see, whose course would lead it away for ever."""
+    def _past_tips(self, nav: NavState, track: Track, nearest_m: float, onward_m: float) -> float:
+        """The arc length reached, which goes on to `onward_m` by itself where the boat lies ahead of it in the course
+        there: beyond a tip that it did not see, whose course would lead it away for ever."""
         here = track.at(self._s)
         ahead_m = (nav.north_m - here.north_m) * math.cos(here.course_rad) + (nav.east_m - here.east_m) * math.sin(
             here.course_rad
         )
         if nearest_m > self._s or ahead_m < _PAST_M:
             return self._s
-        return min(track.length_m, self._s + max(self._speed, creep_mps(self._parameters)) * dt_s)
+        return min(track.length_m, onward_m)
 
     def _course_s_m(self, nav: NavState, track: Track, error: float, lookahead: float) -> float:
         """Arc length at which the course is taken."""

@@ -26,7 +26,7 @@ DT_S = 0.1
 
 
 class Puppet:
-    """Takes heading and speed as told, at once, and drifts with `current` besides."""
+    """Takes heading and speed as told, at once, and drifts with `current` besides. `sways`: sideways speed too."""
 
     def __init__(
         self,
@@ -34,13 +34,15 @@ class Puppet:
         north_m: float = 0.0,
         east_m: float = 0.0,
         current: tuple[float, float] = (0.0, 0.0),
+        sways: bool = False,
     ) -> None:
-        self.tracker, self.current = tracker, current
-        self.north_m, self.east_m, self.yaw_rad, self.speed_mps = north_m, east_m, 0.0, 0.0
+        self.tracker, self.current, self.sways = tracker, current, sways
+        self.north_m, self.east_m, self.yaw_rad, self.speed_mps, self.sway_mps = north_m, east_m, 0.0, 0.0, 0.0
 
     def nav(self) -> NavState:
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        vn, ve = self.speed_mps * c + self.current[0], self.speed_mps * s + self.current[1]
+        vn = self.speed_mps * c - self.sway_mps * s + self.current[0]
+        ve = self.speed_mps * s + self.sway_mps * c + self.current[1]
         return nav_state(self.north_m, self.east_m, self.yaw_rad, c * vn + s * ve, -s * vn + c * ve)
 
     def sail(self, seconds: float, speed_mps: float = 0.6) -> list[PathProgress]:
@@ -54,8 +56,11 @@ class Puppet:
             self.yaw_rad = setpoint.yaw_rad
             along = self.current[0] * math.cos(self.yaw_rad) + self.current[1] * math.sin(self.yaw_rad)
             self.speed_mps = setpoint.surge_mps - along
-            self.north_m += (self.speed_mps * math.cos(self.yaw_rad) + self.current[0]) * DT_S
-            self.east_m += (self.speed_mps * math.sin(self.yaw_rad) + self.current[1]) * DT_S
+            across = self.current[1] * math.cos(self.yaw_rad) - self.current[0] * math.sin(self.yaw_rad)
+            self.sway_mps = setpoint.sway_mps - across if self.sways else 0.0
+            c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+            self.north_m += (self.speed_mps * c - self.sway_mps * s + self.current[0]) * DT_S
+            self.east_m += (self.speed_mps * s + self.sway_mps * c + self.current[1]) * DT_S
         return progress
 
 
@@ -337,6 +342,50 @@ def test_the_boat_slows_for_a_turn_back_and_the_setpoint_does_not_jump() -> None
     tip = max(range(len(progress)), key=lambda i: progress[i].setpoint.progress.place.north_m)
     assert progress[tip].setpoint.surge_mps < 0.3
     assert max(p.setpoint.progress.place.north_m for p in progress) > 29.0
+
+
+def paces(progress: list[PathProgress]) -> list[float]:
+    """How fast the place on the track goes on from tick to tick, in boat speeds."""
+    return [
+        math.dist(astuple(a.progress.place), astuple(b.progress.place))
+        / (DT_S * math.hypot(a.surge_mps, a.sway_mps or 0.0))
+        for a, b in itertools.pairwise(p.setpoint for p in progress)
+    ]
+
+
+def test_led_back_the_place_on_the_track_goes_on_once_in_a_tick() -> None:
+    """By projection and by itself besides, it made 3.2 boat speeds in the first tick of the way round the tip."""
+    boat = Puppet(tracker(can_sway=False, PATH_YAW_RATE=30.0, WP_SPEED=1.8, MPC_XY_VEL_MAX=2.5, NAV_ACC_RAD=3.0))
+    boat.tracker.start(points((60, 0)), boat.nav())
+    boat.sail(15.0, 1.8)
+    boat.tracker.replace(points((0, -3)), boat.nav())
+    assert max(paces(boat.sail(6.0, 1.8))) <= 2.0
+
+
+def test_led_back_the_place_on_a_planned_track_goes_on_once_in_a_tick() -> None:
+    """As above; with the place, the heading jumped, of a model tug by 7.7 deg in a tick."""
+    assert max(paces(led_back_to(10.0, 3.0).sail(12.0, 1.2))) < 1.6
+
+
+def test_in_the_midst_of_a_tip_the_place_on_a_planned_track_goes_on_to_its_end() -> None:
+    """Where the bend is less sharp for a moment, the place waited for a boat that turned nearly on the spot: asked to
+    turn on meanwhile, a vectored catamaran was spun round twice, 12 m off its track."""
+    boat = led_back_to(5.0, -8.0)
+    boat.sail(3.5, 1.2)
+    boat.speed_mps = boat.sway_mps = 0.0
+    held = [boat.tracker.update(boat.nav(), 1.2, DT_S) for _ in range(60)]
+    assert held[-1].setpoint.progress.course_rad < math.radians(-120.0)
+
+
+def led_back_to(north_m: float, east_m: float) -> Puppet:
+    """A boat with a plan, under way to the north, whose mission was just replaced by one to a point behind it."""
+    config = load(find("aboat"))
+    guide = PathTracker(Parameters(dict(config.parameters)), True, agility=agility_of(config))
+    boat = Puppet(guide, sways=True)
+    boat.tracker.start(points((60, 0)), boat.nav())
+    boat.sail(15.0, 1.2)
+    boat.tracker.replace(points((north_m, east_m)), boat.nav())
+    return boat
 
 
 def test_way_grows_as_the_boat_sails_and_not_while_it_is_set_back() -> None:
