@@ -12,12 +12,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from companion.config.hull import HullConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.bend_speed import BendSpeeds
 from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.sideslip import SteeredHull, steady_slip_mps
 from companion.params.store import Parameters
 
 Place = tuple[float, float]
@@ -35,6 +35,7 @@ _STEP_RAD = 0.02  # likewise of the heading over the course
 _ALONG_RAD = math.radians(10.0)  # between course made and circle, within which the integral learns
 _SLIP_TIME_S = 6.0
 _SLIP_LAGS = 3.0  # times the lag of the course behind the bow: learnt faster, the slip makes the bow swing to and fro
+_TURNED_RAD = math.radians(20.0)  # off the heading asked for, up to which the bow has turned there
 _SLIP_SHARE = 0.3  # of the speed asked for: slower, the course made tells nothing
 _LARGEST_SLIP_RAD = math.radians(40.0)
 _SWAY_TIME_S = 2.0
@@ -182,7 +183,7 @@ class OrbitGuidance:
     Remembers the circle, the angle swept, the integral of the line of sight, the drift seen, the mean bend, and the
     speed and heading last asked for. `can_sway`: the boat can push itself sideways. `top_mps`: the most that it makes
     through the water. `bends`: the speeds at which the moment of its thrusters turns it; None: it does not bound them.
-    `hull`: how late its course follows its bow; None: at once.
+    `steered`: how late its course follows its bow, and what it slips in a turn; None: at once, and nothing.
     """
 
     def __init__(
@@ -191,13 +192,13 @@ class OrbitGuidance:
         can_sway: bool,
         top_mps: float = math.inf,
         bends: BendSpeeds | None = None,
-        hull: HullConfig | None = None,
+        steered: SteeredHull | None = None,
     ) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
-        self._hull = hull
+        self._steered = None if can_sway else steered
         self._bends = bends
-        self._crab = CrabCompensation(top_mps)
+        self._crab = CrabCompensation(top_mps, self._steered)
         self._circle: Circle | None = None
         self._total_rad: float | None = None
         self._leave_to: Place | None = None
@@ -206,6 +207,7 @@ class OrbitGuidance:
         self._angle_rad = 0.0  # swept since the start
         self._swept_rad: float | None = None
         self._integral = self._slip = self._sway = self._speed = self._surge = self._bend_1pm = 0.0
+        self._turn_radps = self._into_bend_rad = 0.0
         self._yaw: float | None = None
 
     def start(
@@ -232,6 +234,7 @@ class OrbitGuidance:
         self._place = (nav.north_m, nav.east_m)
         self._bearing_rad = self._yaw = None
         self._integral = self._slip = self._sway = self._bend_1pm = 0.0
+        self._turn_radps = self._into_bend_rad = 0.0
         self._crab.reset()
         self._surge = nav.surge_mps
         self._speed = max(0.0, nav.surge_mps)
@@ -263,7 +266,7 @@ class OrbitGuidance:
         self._speed = self._next_speed(before_m, self._bend_1pm, speed_mps, dt_s)
         last_rad = nav.yaw_rad if self._yaw is None else self._yaw
         triangle_rad = self._crab.heading_rad(nav, course_rad, self._speed, last_rad)
-        yaw_rad = self._turn_to(last_rad, triangle_rad + self._slip, dt_s)
+        yaw_rad = self._turn_to(last_rad, triangle_rad + self._slip + self._into_bend_rad, dt_s)
         rate_radps = self._turn_rate(nav, course_rad) * self._heading_share(nav, course_rad, triangle_rad)
         against = math.cos(triangle_rad - course_rad) < 0.0
         surge_mps, sway_mps = self._along_hull(nav, wrap_pi(course_rad - nav.yaw_rad), against, dt_s)
@@ -337,19 +340,27 @@ class OrbitGuidance:
             self._integral = _within(self._integral, bound)
 
     def _learn_slip(self, nav: NavState, course_rad: float, dt_s: float) -> None:
-        """How far from the heading of the wind triangle the bow must be asked to point: the integral of the course
-        error. It learns the slip of the hull in the bend, and what of the current is not known. A boat that pushes
-        itself sideways makes its course whatever its heading is, so it learns nothing from that."""
-        ground_mps = math.hypot(nav.north_mps, nav.east_mps)
-        off_rad = wrap_pi(course_rad - math.atan2(nav.east_mps, nav.north_mps))
-        if ground_mps > _SLIP_SHARE * self._speed and abs(off_rad) < _LARGEST_SLIP_RAD:
+        """How far from the heading of the wind triangle the bow must be asked to point. Into the bend for the sideslip
+        of a steady turn, and besides by the integral of the course error, while the bow is where it was asked to be: it
+        learns what else the hull slips, and what of the current is not known. What the boat's own turns give it now is
+        left out: learnt as if it stayed, it makes the bow swing to and fro. A boat that pushes itself sideways makes
+        its course whatever its heading is, so it learns nothing from that."""
+        self._turn_radps += (self._steady_turn(nav) - self._turn_radps) * min(1.0, dt_s / _BEND_TIME_S)
+        slip_mps = steady_slip_mps(self._steered, nav.surge_mps, self._turn_radps)
+        self._into_bend_rad = -math.atan2(slip_mps, max(self._speed, _LOWEST_MPS))
+        if self._yaw is None or abs(wrap_pi(nav.yaw_rad - self._yaw)) > _TURNED_RAD:
+            return
+        more_mps = slip_mps - self._crab.slip_mps
+        north_mps = nav.north_mps - more_mps * math.sin(nav.yaw_rad)
+        east_mps = nav.east_mps + more_mps * math.cos(nav.yaw_rad)
+        off_rad = wrap_pi(course_rad - math.atan2(east_mps, north_mps))
+        if math.hypot(north_mps, east_mps) > _SLIP_SHARE * self._speed and abs(off_rad) < _LARGEST_SLIP_RAD:
             time_s = max(_SLIP_TIME_S, _SLIP_LAGS * self._late_s(nav))
             self._slip = _within(self._slip + off_rad * dt_s / time_s, _LARGEST_SLIP_RAD)
 
     def _late_s(self, nav: NavState) -> float:
         """How much later than its bow a boat that cannot push itself sideways turns its course."""
-        hull = self._hull
-        return 0.0 if hull is None or self._can_sway else hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
+        return 0.0 if self._steered is None else self._steered.hull.sway_lag_s(nav.surge_mps, nav.sway_mps)
 
     def _course_at(self, nav: NavState, north_m: float, east_m: float) -> float:
         """Course to sail so far from where the boat is. At the centre: straight on."""
@@ -378,6 +389,14 @@ class OrbitGuidance:
         rate = self._change(nav, along * c - across * s, along * s + across * c)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
+
+    def _steady_turn(self, nav: NavState) -> float:
+        """How fast the boat turns on the circle, and the less the further off that it is: 0 on the way to it."""
+        circle = self.circle
+        distance_m, bearing_rad = circle.polar(nav.north_m, nav.east_m)
+        off = abs(distance_m - circle.radius_m) / self._lookahead_m
+        around_mps = nav.east_mps * math.cos(bearing_rad) - nav.north_mps * math.sin(bearing_rad)
+        return max(0.0, 1.0 - off) * around_mps / circle.radius_m
 
     def _heading_share(self, nav: NavState, course_rad: float, heading_rad: float) -> float:
         """How fast the heading turns beside the course: in a current the crab angle changes round the circle."""

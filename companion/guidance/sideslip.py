@@ -17,6 +17,7 @@ from companion.config.hull import HullConfig
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 
+_STEADY_STEPS = 12
 _LEAST_DECAY = 0.5  # of what the sway's damping alone gives: the model may be of a hull that does not go straight
 
 
@@ -27,6 +28,16 @@ class SteeredHull:
 
     hull: HullConfig
     steers_1pm: float = 0.0
+
+    @property
+    def inertia_kg(self) -> float:
+        """a: the mass that a sideways force at x_s moves."""
+        return self.hull.m22_kg - self.hull.yaw_coupling_kgm * self.steers_1pm
+
+    @property
+    def lever_m(self) -> float:
+        """b/a: the sideways speed at once with a yaw rate of 1 rad/s, negative."""
+        return (self.hull.m23_kgm - self.hull.m33_kgm2 * self.steers_1pm) / self.inertia_kg
 
 
 def steered_hull_of(config: VesselConfig) -> SteeredHull | None:
@@ -52,19 +63,35 @@ class Sideslip:
         """The sideways speed at the surge and yaw rate of `nav`, to starboard, as far as turns explain it."""
         if self._steered is None:
             return 0.0
-        hull, at = self._steered.hull, self._steered.steers_1pm
-        d, u, r = hull.damping, nav.surge_mps, nav.yaw_rate_radps
-        inertia = hull.m22_kg - hull.yaw_coupling_kgm * at
-        lever = (hull.m23_kgm - hull.m33_kgm2 * at) / inertia
+        r = nav.yaw_rate_radps
+        lever = self._steered.lever_m
         total = lever * r if self._sum is None else self._sum
-        slip = total - lever * r
-        au, av, ar = abs(u), abs(slip), abs(r)
-        munk = (hull.m22_kg - hull.m11_kg) * u
-        y_v = d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au
-        n_v = munk + d.n_v + d.n_vv * av + d.n_rv * ar + d.n_uv * au
-        y_r = hull.m11_kg * u + d.y_r + d.y_vr * av + d.y_rr * ar
-        n_r = hull.m23_kgm * u + d.n_r + d.n_vr * av + d.n_rr * ar + d.n_ur * au
-        decay_1ps = max(_LEAST_DECAY * y_v, y_v - at * n_v) / inertia
-        forced = (at * n_r - y_r) / inertia * r
+        decay_1ps, forced = _course_of(self._steered, nav.surge_mps, total - lever * r, r)
         self._sum = (total + dt_s * (forced + decay_1ps * lever * r)) / (1.0 + dt_s * decay_1ps)
         return self._sum - lever * r
+
+
+def steady_slip_mps(steered: SteeredHull | None, surge_mps: float, turn_radps: float) -> float:
+    """The sideways speed of a steady turn, to starboard; 0 without a hull."""
+    slip = 0.0
+    if steered is None or turn_radps == 0.0:
+        return slip
+    for _ in range(_STEADY_STEPS):
+        decay_1ps, forced = _course_of(steered, surge_mps, slip, turn_radps)
+        slip += 0.5 * (forced / decay_1ps - slip) if decay_1ps > 0.0 else 0.0
+    return slip
+
+
+def _course_of(steered: SteeredHull, surge_mps: float, slip_mps: float, turn_radps: float) -> tuple[float, float]:
+    """(1/s at which the sideslip decays, m/s² at which the turn brings it)."""
+    hull, at = steered.hull, steered.steers_1pm
+    d, u, r = hull.damping, surge_mps, turn_radps
+    au, av, ar = abs(u), abs(slip_mps), abs(r)
+    inertia = steered.inertia_kg
+    munk = (hull.m22_kg - hull.m11_kg) * u
+    y_v = d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au
+    n_v = munk + d.n_v + d.n_vv * av + d.n_rv * ar + d.n_uv * au
+    y_r = hull.m11_kg * u + d.y_r + d.y_vr * av + d.y_rr * ar
+    n_r = hull.m23_kgm * u + d.n_r + d.n_vr * av + d.n_rr * ar + d.n_ur * au
+    decay_1ps = max(_LEAST_DECAY * y_v, y_v - at * n_v) / inertia
+    return decay_1ps, (at * n_r - y_r) / inertia * r

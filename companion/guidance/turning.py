@@ -59,8 +59,11 @@ def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
     return Turning(on_the_spot, config.hull if rudder else None, bends_of(config), aside, steered_hull_of(config))
 
 
-def bends_of(config: VesselConfig) -> BendSpeeds | None:
-    """The speeds in bends of a boat whose moment does not depend on the flow, as those of rudders and jets do."""
-    if config.limits.sway_n > 0.0 or any(t.kind not in ("fixed", "azimuth") for t in without_blades(config.thrusters)):
+def bends_of(config: VesselConfig, steady: bool = False) -> BendSpeeds | None:
+    """The speeds in bends of a boat whose moment does not depend on the flow, as those of rudders and jets do.
+    `steady`: on a circle, with the sideways force of what steers it; on a path the boat learns how much harder a turn
+    is (`BendSpeeds.resisted`)."""
+    steered = steered_hull_of(config)
+    if steered is None or any(t.kind not in ("fixed", "azimuth") for t in without_blades(config.thrusters)):
         return None
-    return BendSpeeds(config.hull, YawLimit(config), top_speed_mps(config))
+    return BendSpeeds(steered if steady else SteeredHull(config.hull), YawLimit(config), top_speed_mps(config))

@@ -14,6 +14,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
 from companion.guidance.orbit import Circle, OrbitGuidance, chosen_circle, least_radius_m, radius_refusal, whole_line
+from companion.guidance.sideslip import steered_hull_of
 from companion.guidance.turning import bends_of
 from companion.modes.mode import FURTHEST_LEG_M, Mode
 from companion.modes.parts.headway import Headway
@@ -108,8 +109,8 @@ class CircleMode(Mode):
         self._events = events
         self._frame = frame
         self._fence = fence
-        can_sway, bends = config.limits.sway_n > 0.0, bends_of(config)
-        self._guidance = OrbitGuidance(parameters, can_sway, top_speed_mps(config), bends, config.hull)
+        can_sway, bends = config.limits.sway_n > 0.0, bends_of(config, steady=True)
+        self._guidance = OrbitGuidance(parameters, can_sway, top_speed_mps(config), bends, steered_hull_of(config))
         self._hold_point = HoldPoint(config, parameters, fence)
         self._watch = WatchCircles(parameters, events, "Circle")
         self._headway = Headway("Circle", events)

@@ -15,6 +15,7 @@ from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
 from companion.core.work import Lane
 from companion.guidance.orbit import OrbitGuidance
+from companion.guidance.sideslip import steered_hull_of
 from companion.guidance.turning import bends_of
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import item_number
@@ -121,8 +122,8 @@ class MissionMode(Mode):
         self._sailing = RouteSailing(config, parameters, executor, fence)
         self._homing: Search[Homeward | str] = Search(fence.submit_urgent)
         self._home: Homeward | str | None = None  # the way to it
-        top_mps, bends = top_speed_mps(config), bends_of(config)
-        self._orbit = OrbitGuidance(parameters, self._can_sway, top_mps, bends, config.hull)
+        top_mps, bends = top_speed_mps(config), bends_of(config, steady=True)
+        self._orbit = OrbitGuidance(parameters, self._can_sway, top_mps, bends, steered_hull_of(config))
         self._headway = Headway("Mission", events)
         self._task: Task | None = None
         self._since_s: float | None = None

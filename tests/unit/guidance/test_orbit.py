@@ -5,12 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import pytest
+
+from companion.cli.new_file import file_text
 from companion.config.hull import HullConfig
-from companion.config.vessel import find, load
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import find, load, parse
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
 from companion.guidance.orbit import Circle, OrbitGuidance
+from companion.guidance.sideslip import SteeredHull, steered_hull_of
+from companion.guidance.turning import bends_of
 from companion.params.store import Parameters
+from sitl.hull import dynamics
+from tests.unit.rudder_boat import ANSWERS
 
 DT_S = 0.1
 OTTER = load(find("otter")).hull
@@ -22,7 +30,7 @@ BOW_S, TURN_RADPS2 = 3.0, 0.008  # the heading loop, and the most that the thrus
 
 def sailed(hull: HullConfig | None, seconds: float) -> tuple[list[float], float]:
     """(distances outside the circle, angle swept) from 10 m outside."""
-    guidance = OrbitGuidance(SLOW, can_sway=False, hull=hull)
+    guidance = OrbitGuidance(SLOW, can_sway=False, steered=None if hull is None else SteeredHull(hull))
     nav = replace(NO_ESTIMATE, north_m=-30.0, current_north_mps=0.0, current_east_mps=0.0)
     guidance.start(Circle(0.0, 0.0, 20.0, True), nav)
     off_m, swept = [], 0.0
@@ -42,6 +50,11 @@ def slid(nav: NavState, rate_radps: float, asked_mps: float) -> NavState:
     """One step of a hull that keeps its momentum in the turn, and loses its sideways speed within LAG_S."""
     surge = nav.surge_mps + (asked_mps - nav.surge_mps) * DT_S / 4.0
     sway = nav.sway_mps - (surge * rate_radps + nav.sway_mps / LAG_S) * DT_S
+    return moved(nav, surge, sway, rate_radps)
+
+
+def moved(nav: NavState, surge: float, sway: float, rate_radps: float) -> NavState:
+    """Where it is a step later."""
     yaw = wrap_pi(nav.yaw_rad + rate_radps * DT_S)
     north, east = (surge * math.cos(yaw) - sway * math.sin(yaw), surge * math.sin(yaw) + sway * math.cos(yaw))
     return replace(
@@ -64,6 +77,38 @@ def test_a_boat_that_slides_comes_round() -> None:
     assert max(abs(off) for off in off_m[-3000:]) < 1.0
     swinging_m, _ = sailed(None, 1200.0)
     assert max(abs(off) for off in swinging_m[-3000:]) > 1.0
+
+
+@pytest.mark.parametrize("radius_m", [25.0, 40.0])
+def test_a_ship_that_slips_in_its_turn_settles_on_the_circle(radius_m: float) -> None:
+    """Still water. What it slipped as it turned in was learnt as if it were there for good: it swung across the circle,
+    7 m to either side."""
+    ship = parse(
+        file_text(
+            replace(
+                ANSWERS, layout="two-rudders", length_m=10.0, beam_m=3.0, mass_kg=9000.0, motor="4000", spread_m=1.4
+            )
+        ),
+        "ship.toml",
+    )
+    steered, parameters = steered_hull_of(ship), Parameters(ship.parameters)
+    assert steered is not None
+    guidance = OrbitGuidance(parameters, False, top_speed_mps(ship), bends_of(ship, steady=True), steered)
+    accelerations, inertia, most_nm = dynamics(ship.hull), ship.hull.m33_kgm2, 16000.0
+    nav = replace(NO_ESTIMATE, north_m=-2.0 * radius_m)
+    guidance.start(Circle(0.0, 0.0, radius_m, True), nav)
+    off_m = []
+    for _ in range(4000):
+        progress = guidance.update(nav, 1.7, DT_S)
+        setpoint = progress.setpoint
+        turn = 0.49 * wrap_pi(setpoint.yaw_rad - nav.yaw_rad) + 1.1 * (setpoint.yaw_rate_radps - nav.yaw_rate_radps)
+        moment = min(most_nm, max(-most_nm, inertia * turn))
+        u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
+        _, dv, dr = accelerations(u, v, r, 0.0, moment * steered.steers_1pm, moment)
+        u += (setpoint.surge_mps - u) * DT_S / 4.0
+        nav = moved(nav, u, v + dv * DT_S, r + dr * DT_S)
+        off_m.append(progress.error_m)
+    assert max(abs(off) for off in off_m[1500:]) < 0.7
 
 
 def test_places_that_come_in_steps_do_not_make_the_speed_step() -> None:
