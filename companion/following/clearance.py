@@ -65,7 +65,11 @@ _WAY_SHARE = 0.5  # of the speed, kept by a boat that needs way to turn, while i
 _ASIDE_SHARE, _ASIDE_TAU_S = 0.3, 2.5  # of the sway limit, whose speed aside is counted on; how late it comes
 _SLIP_KEPT = 0.7  # a step later, of the sideways motion of a boat that coasts
 _LEEWAY, _LEAST_DRIFT_MPS = 0.03, 0.15  # share of the wind speed with which it carries a boat; a slower drift is left
+# How long the leader's way counts where the boat lies in the end, and for one that steers by its way: the leader is not
+# there at once, and it does not step aside meanwhile.
+_GOES_ON_S, _FOR_GOOD_S = 20.0, 1e9
 _NEAR_SHARE = 0.4  # of FOLL_MARGIN: nearer than that the boat moves away again
+_START_MPS, _STARTS_MPS2 = 0.3, 0.5  # of a leader at rest that goes ahead: to 1 m/s
 _TURNS_RADPS = 0.05  # a slower turn of the leader does not lead it back past the boat
 
 
@@ -113,6 +117,8 @@ class Clearance:
         agility = agility_of(config)
         self._aside_mps = 0.0 if agility is None else agility.sway_mps(_ASIDE_SHARE)
         self._thrust_mps2 = _THRUST_SHARE * config.limits.surge_n / config.hull.m11_kg
+        sidesteps = self._steers_astern or self._aside_mps > 0.0
+        self._steers_by_way = can_reverse and not sidesteps and self._turning_mps > 0.0
         self._course: float | None = None
         self._way_rad = self._turn_rad = 0.0
         self._too_near = False
@@ -121,6 +127,11 @@ class Clearance:
     def turning_mps(self) -> float:
         """The speed that the boat reaches by the thrust that it steers with."""
         return self._turning_mps
+
+    @property
+    def steers_by_way(self) -> bool:
+        """Whether a boat that can stop turns only while it pushes itself ahead, as by one propeller and a rudder."""
+        return self._steers_by_way
 
     def ahead_mps(self, speed_mps: float, off_rad: float) -> float:
         """Speed along the hull for `speed_mps` on a course that lies `off_rad` off the bow. A boat that needs no way to
@@ -175,8 +186,9 @@ class Clearance:
         """`course_rad`, `speed_mps`: wanted over ground. `plan`: how these go on; None: unchanged. `stop_m`: distance
         at which the boat is to stop behind a leader that comes to rest.
 
-        A leader that turns within the distance that is kept may come straight back. A boat that cannot stop then needs
-        its room before that shows, so it keeps a way out from such a turn, and takes it while there is one."""
+        A leader that turns within the distance that is kept may come straight back, and one at rest may go ahead at any
+        time. A boat that turns only as it pushes itself ahead then needs its room before that shows, so it keeps a way
+        out from such a leader, and takes it while there is one."""
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
             radius_m = max(radius_m, _STOP_SHARE * stop_m)
@@ -188,17 +200,39 @@ class Clearance:
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
         safe = not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept
-        back = self._way_back(nav, leader)
+        back, start = self._way_back(nav, leader), self._way_ahead(leader)
+        if start is not None and self._room_m(nav, start) < min(self.near_m, kept):
+            return self._best(course_rad, nav, leader, start, radius_m)
         if safe and (back is None or self._room_m(nav, back) >= self.radius_m):
             self._course = None
             return None
         return self._best(course_rad, nav, leader, way if back is None else back, radius_m)
 
+    def _way_ahead(self, leader: Leader) -> list[_LeaderStep] | None:
+        """The way of a leader at rest, or almost, that goes ahead; None where the boat need not turn by its way to get
+        out of it, or has no reverse and keeps its distance by other rules."""
+        if not self._steers_by_way or leader.yaw_rad is None or abs(leader.speed_mps) > _OWN_MPS:
+            return None
+        c, s = math.cos(leader.yaw_rad), math.sin(leader.yaw_rad)
+        started = replace(
+            leader,
+            north_mps=_START_MPS * c,
+            east_mps=_START_MPS * s,
+            yaw_rate_radps=0.0,
+            acceleration_mps2=_STARTS_MPS2,
+            astern=False,
+        )
+        return _leader_way(started)
+
     def _way_back(self, nav: NavState, leader: Leader) -> list[_LeaderStep] | None:
-        """The way of a leader that goes on turning until it heads for the boat; None where the boat can lose its way
-        by thrust, or the leader does not turn so tightly that it may come back past it."""
+        """The way of a leader that goes on turning until it heads for the boat; None where the boat can stop and turn,
+        or the leader does not turn so tightly that it may come back past it."""
         turn_radps = leader.yaw_rate_radps
-        if self._can_reverse or leader.speed_mps < _OWN_MPS or abs(turn_radps) < _TURNS_RADPS:
+        if (
+            (self._can_reverse and not self._steers_by_way)
+            or leader.speed_mps < _OWN_MPS
+            or abs(turn_radps) < _TURNS_RADPS
+        ):
             return None
         if 2.0 * leader.speed_mps > self.radius_m * abs(turn_radps):
             return None
@@ -231,26 +265,34 @@ class Clearance:
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
         left_rad = self._left_rad(nav.yaw_rad)
         best, turn_rad, found = math.inf, 0.0, Evasion(nav.yaw_rad, 0.0)
-        for offset in self._offsets:
+        for offset, speed in self._choices(nav.yaw_rad, speeds):
             course = wrap_pi(nav.yaw_rad + offset)
-            for speed in speeds:
-                if not self._can(speed, offset):
-                    continue
-                way_cost = _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
-                cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
-                way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
-                if self._course is not None:
-                    other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
-                    cost += side_cost * abs(other_rad) / math.pi
-                if cost >= best:
-                    continue
-                least, later = self._distances(course, speed, nav, way)
-                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
-                if cost < best:
-                    best, found, self._way_rad = cost, Evasion(course, speed), way_rad
-                    turn_rad = offset
+            way_cost = _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
+            cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
+            way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
+            if self._course is not None:
+                other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
+                cost += side_cost * abs(other_rad) / math.pi
+            if cost >= best:
+                continue
+            least, later = self._distances(course, speed, nav, way)
+            cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
+            if cost < best:
+                best, found, self._way_rad = cost, Evasion(course, speed), way_rad
+                turn_rad = offset
         self._course, self._turn_rad = self._way_rad, turn_rad
         return found
+
+    def _choices(self, yaw_rad: float, speeds: tuple[float, ...]) -> list[tuple[float, float]]:
+        """(turn in rad, speed) of all that is predicted. A boat that can stop first tries the way chosen before: the
+        nearest of the others turns with the boat, tick by tick."""
+        choices: list[tuple[float, float]] = []
+        if self._course is not None and self._can_reverse:
+            choices += [
+                (wrap_pi(self._course - yaw_rad + (math.pi if v < 0.0 else 0.0)), v) for v in speeds if v != 0.0
+            ]
+        choices += [(offset, speed) for offset in self._offsets for speed in speeds]
+        return [(offset, speed) for offset, speed in choices if self._can(speed, offset)]
 
     def _left_rad(self, yaw_rad: float) -> float:
         """The turn that is left to the course chosen before, on the side to which it was begun."""
@@ -319,7 +361,7 @@ class Clearance:
             east += _STEP_S * (u * s + slip_e)
             least = min(least, math.hypot(north - leader_n, east - leader_e))
         if self._can_reverse:
-            return least, _passed_m(north, east, way[-1])
+            return least, _passed_m(north, east, way[-1], _GOES_ON_S if self._steers_by_way else _FOR_GOOD_S)
         return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
 
     def _turns_first(self, off_rad: float) -> bool:
@@ -381,13 +423,15 @@ def turning_mps(config: VesselConfig, parameters: Parameters) -> float:
     return least
 
 
-def _passed_m(north_m: float, east_m: float, leader: _LeaderStep) -> float:
-    """The distance at which the leader passes a place if it goes straight on; the present one where it goes away."""
+def _passed_m(north_m: float, east_m: float, leader: _LeaderStep, goes_on_s: float) -> float:
+    """The distance at which the leader passes a place if it goes straight on for that time; the present one where it
+    goes away."""
     dn, de = north_m - leader.north_m, east_m - leader.east_m
     c, s = math.cos(leader.course_rad), math.sin(leader.course_rad)
-    if (dn * c + de * s) * leader.speed_mps <= 0.0:
+    ahead_m = math.copysign(1.0, leader.speed_mps) * (dn * c + de * s)
+    if ahead_m <= 0.0:
         return math.hypot(dn, de)
-    return abs(de * c - dn * s)
+    return math.hypot(max(0.0, ahead_m - goes_on_s * abs(leader.speed_mps)), de * c - dn * s)
 
 
 def _leader_way(leader: Leader, turns_s: float = _TURN_SEEN_S) -> list[_LeaderStep]:

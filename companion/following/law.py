@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ZERO_WRENCH
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
@@ -37,6 +37,7 @@ _PREVIEW_S = 0.35  # lag of the yaw loop
 _PREVIEW_SHARE = 0.4  # of the time by which slow steering makes it later
 _BRAKING_MPS2 = -0.35  # of the leader: at or below it the leader is taken to be stopping
 _COAST_SHARE = 0.9  # of the way that is left, in which the hull must be able to run out
+_BRAKED_S = 1.5  # in which a boat that waits loses its way, where its own thrust would turn it by going on
 _LEAST_MPS = 0.3  # a slower velocity has no direction
 # To the follow position: within it the boat closes up as gently as if that stood still, which evens out what receivers
 # make of the gap; further off it counts on the way that the leader goes on meanwhile.
@@ -470,10 +471,15 @@ class FollowLaw:
         best = motion.course_rad
         if speed > _LEAST_MPS:
             best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
+            if motion.evading and _goes_round(nav.yaw_rad, last, best):
+                last = nav.yaw_rad
         self._yaw = wrap_pi(last + min(most * dt_s, max(-most * dt_s, wrap_pi(best - last)))) if speed > 0.0 else best
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
         if motion.resting or (abs(off) < TURNING_RAD and self._runs_out(speed, nav, motion)):
             return WrenchSetpoint(ZERO_WRENCH, self._progress(motion, nav))
+        if motion.evading and speed == 0.0 and self._clearance.steers_by_way and abs(off) < TURNING_RAD:
+            braking = Wrench(-self._config.hull.m11_kg * nav.surge_mps / _BRAKED_S, 0.0, 0.0)
+            return WrenchSetpoint(braking, self._progress(motion, nav))
         sway = 0.0
         if motion.evading:
             surge, sway = self._clearance.ahead_mps(speed, off), self._clearance.aside_mps(speed, off)
@@ -521,6 +527,12 @@ class FollowLaw:
             across = (math.sqrt(resisting * resisting + 4.0 * d.y_vv * abs(force)) - resisting) / (2.0 * d.y_vv)
             across = math.copysign(across, force)
         return -math.atan2(across, surge_mps)
+
+
+def _goes_round(yaw_rad: float, last_rad: float, best_rad: float) -> bool:
+    """Whether from the heading asked for last, ahead of the bow, the nearer way to the best one is the bow's longer."""
+    left, ahead = wrap_pi(best_rad - yaw_rad), wrap_pi(best_rad - last_rad)
+    return left * ahead < 0.0 and abs(ahead) > abs(left)
 
 
 def _spare_mps(feed_mps: float, along_mps: float, most_mps: float) -> float:

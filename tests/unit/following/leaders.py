@@ -7,9 +7,10 @@ import math
 from dataclasses import replace
 
 from companion.config.vessel import VesselConfig
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
-from companion.core.setpoint import PathSetpoint, Setpoint
+from companion.core.setpoint import PathSetpoint, Setpoint, WrenchSetpoint
 from tests.unit.estimates import AT_REST
 
 DT_S = 0.1
@@ -137,6 +138,31 @@ class TwinScrew(Twin):
         turns = asked is not None and abs(wrap_pi(asked - self.nav.yaw_rad)) > 0.1
         self.thrust_mps2 = 0.03 if brakes and turns else 0.3
         return super().step(setpoint)
+
+
+class RudderBoat(Twin):
+    """A launch with one propeller and a rudder. It turns while it pushes itself ahead, in an arc of 9 m or more; astern
+    and while it brakes it keeps its heading, and a wrench only drives it along."""
+
+    thrust_mps2 = 0.3
+
+    def step(self, setpoint: Setpoint) -> NavState:
+        nav = self.nav
+        if not isinstance(setpoint, PathSetpoint):
+            wrench = setpoint.wrench if isinstance(setpoint, WrenchSetpoint) else ZERO_WRENCH
+            push = min(self.thrust_mps2, max(-self.thrust_mps2, wrench.surge_n / self._hull.m11_kg))
+            rate = nav.yaw_rate_radps * (1.0 - DT_S / 1.5)
+            return self._go(nav.surge_mps + push * DT_S, rate)
+        assert setpoint.yaw_rad is not None
+        off, wanted = wrap_pi(setpoint.yaw_rad - nav.yaw_rad), setpoint.surge_mps
+        if abs(off) > 0.15 and wanted >= 0.0:
+            wanted = max(wanted, 1.0)
+        pushes = wanted > 0.0 and wanted > nav.surge_mps - 0.3
+        most = max(0.0, nav.surge_mps) / 9.0 if pushes else 0.0
+        gained = self.thrust_mps2 * DT_S
+        surge = nav.surge_mps + min(gained, max(-gained, wanted - nav.surge_mps))
+        rate = nav.yaw_rate_radps + (min(most, max(-most, 1.2 * off)) - nav.yaw_rate_radps) * DT_S / 1.0
+        return self._go(surge, rate)
 
 
 class Carried(Twin):

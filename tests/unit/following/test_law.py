@@ -4,9 +4,7 @@ astern."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 
 import pytest
 
@@ -14,7 +12,6 @@ from companion.cli.new_file import file_text
 from companion.config.reversing import can_reverse
 from companion.config.vessel import VesselConfig, find, load, parse
 from companion.core.angles import wrap_pi
-from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, WrenchSetpoint
 from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
@@ -379,86 +376,6 @@ def test_speed_is_capped() -> None:
     assert chase.setpoint.surge_mps <= 7.0 + 1e-9 and chase.boat.nav.surge_mps > 6.5
 
 
-def clearance() -> Clearance:
-    return Clearance(JET, Parameters(JET.parameters), can_reverse=False)
-
-
-def going(nav: NavState, speed_mps: float) -> NavState:
-    return replace(
-        nav,
-        surge_mps=speed_mps,
-        north_mps=speed_mps * math.cos(nav.yaw_rad),
-        east_mps=speed_mps * math.sin(nav.yaw_rad),
-    )
-
-
-def steady(course_rad: float, speed_mps: float) -> Callable[[float, float, float, float], tuple[float, float]]:
-    return lambda _north, _east, _leader_north, _leader_east: (course_rad, speed_mps)
-
-
-def asked(leader: Leader, speed_mps: float) -> object:
-    return clearance().update(0.0, speed_mps, 20.0, going(AT_REST, speed_mps), leader, steady(0.0, speed_mps))
-
-
-def test_clearance_acts_only_where_the_boat_would_come_too_near() -> None:
-    assert asked(leader_at(20.0, speed_mps=8.0), 8.0) is None, "both go on alike"
-    assert asked(leader_at(300.0), 8.0) is None, "far away"
-    assert asked(leader_at(40.0), 8.0) is not None, "it stands in the way"
-    assert asked(leader_at(60.0, speed_mps=-6.0), 6.0) is not None, "it comes astern"
-    assert asked(leader_at(30.0, 40.0, speed_mps=6.0, course_rad=-1.5), 8.0) is not None, "it crosses"
-
-
-def test_the_least_change_of_course_that_keeps_clear_is_pushed_for_whatever_the_heading() -> None:
-    """By rounding, the boat now pushed for it and now coasted."""
-    law = FollowLaw(JET, Parameters(JET.parameters), can_reverse=False)
-    leader = leader_at(19.0)
-    law.start(AT_REST, leader, ASTERN, 0.0)
-    motion = replace(law.update(AT_REST, leader, ASTERN, 0.1), speed_mps=0.0, evading=True, resting=False)
-    for heading_deg in range(-180, 180, 7):
-        yaw = math.radians(heading_deg)
-        aside = replace(motion, course_rad=wrap_pi(yaw + math.radians(20.0)))
-        assert isinstance(law.setpoint(aside, going(replace(AT_REST, yaw_rad=yaw), 0.7), DT_S), PathSetpoint)
-
-
-@pytest.mark.parametrize(
-    ("bearing_deg", "distance_m", "heading_deg", "wanted_deg"),
-    [(-170.0, 15.4, -116.0, 30.0), (-75.0, 18.8, -2.0, 131.0), (146.0, 19.5, -81.0, 53.0)],
-)
-def test_a_turn_right_round_is_made_to_one_side(
-    bearing_deg: float, distance_m: float, heading_deg: float, wanted_deg: float
-) -> None:
-    """Near a leader that had stopped, a jet was to turn right round, to port and to starboard by turns: it did neither,
-    and came to 9.9 m."""
-    keeping, leader, bearing = clearance(), leader_at(0.0), math.radians(bearing_deg)
-    place = replace(AT_REST, north_m=distance_m * math.cos(bearing), east_m=distance_m * math.sin(bearing))
-    boat = going(replace(place, yaw_rad=math.radians(heading_deg)), 2.1)
-    sides = []
-    for _ in range(40):
-        found = keeping.update(math.radians(wanted_deg), 2.0, 20.0, boat, leader, None)
-        if found is None:
-            break
-        off = wrap_pi(found.course_rad - boat.yaw_rad)
-        if abs(off) > math.radians(100.0):
-            sides.append(off > 0.0)
-        rate = boat.yaw_rate_radps + 0.1 * (math.copysign(min(abs(off), 0.5), off) - boat.yaw_rate_radps)
-        yaw = wrap_pi(boat.yaw_rad + rate * DT_S)
-        moved = boat.north_m + 0.21 * math.cos(yaw), boat.east_m + 0.21 * math.sin(yaw)
-        boat = replace(boat, north_m=moved[0], east_m=moved[1], yaw_rad=yaw, yaw_rate_radps=rate)
-        boat = going(boat, 2.1)
-    assert sides and sum(a is not b for a, b in pairwise(sides)) <= 1, sides
-
-
-def test_a_jet_that_turns_aside_slides_outwards_meanwhile() -> None:
-    """By the sideways inertia of its hull: 5 m were predicted where it took 6."""
-    slippery = replace(JET, hull=replace(JET.hull, damping=replace(JET.hull.damping, y_v=0.0, y_uv=50.0, y_vv=50.0)))
-    gripping = replace(JET, hull=replace(JET.hull, damping=replace(JET.hull.damping, y_v=20_000.0)))
-    slides, grips = (
-        Clearance(config, Parameters(JET.parameters), can_reverse=False).nearer_m(2.0)
-        for config in (slippery, gripping)
-    )
-    assert slides > grips + 0.7
-
-
 @pytest.mark.parametrize("speed", [1.0, 1.5, 2.0, 3.0])
 def test_behind_a_slow_leader_that_stops_a_jet_keeps_out_of_the_circle_however_near_it_is_asked_to_be(
     speed: float,
@@ -467,13 +384,3 @@ def test_behind_a_slow_leader_that_stops_a_jet_keeps_out_of_the_circle_however_n
     chase.sail(60.0, speed, follow_position=(15.0, math.pi))
     chase.sail(60.0, 0.0, follow_position=(15.0, math.pi))
     assert chase.least_m > LEAST_M
-
-
-@pytest.mark.parametrize("heading_deg", [0.0, 10.0])
-def test_a_boat_that_turns_by_its_jet_is_predicted_with_the_way_that_makes(heading_deg: float) -> None:
-    """It drifted near a leader at rest, and turned by 20 degrees a second time and again as if that took no thrust: to
-    2.5 m/s."""
-    yaw = math.radians(heading_deg)
-    boat = going(replace(AT_REST, north_m=-19.0, yaw_rad=yaw), 0.7)
-    found = clearance().update(yaw, 0.0, 20.0, boat, leader_at(0.0), None)
-    assert found is not None and abs(wrap_pi(found.course_rad - yaw)) != pytest.approx(math.radians(20.0))
