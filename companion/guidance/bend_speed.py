@@ -2,8 +2,8 @@
 
 A hull under way resists a turn the more, the faster it goes: at the speed u in a bend of curvature κ a steady turn
 takes (n_r + n_ur u) r + n_rr r², with r = u κ. A hull with fins at the stern, as rudders are, resists more, since it
-drifts outwards with v: (−n_uv − (m22 − m11)) u v. What steers it at
-the stern pushes it outwards besides. What drift turns a hull further into its bend is left out.
+drifts outwards with v: (−n_uv − (m22 − m11)) u v. What steers it at the stern pushes it outwards besides. What drift
+turns a hull further into its bend is left out.
 """
 
 from __future__ import annotations
