@@ -530,9 +530,10 @@ class FollowLaw:
 
 
 def _goes_round(yaw_rad: float, last_rad: float, best_rad: float) -> bool:
-    """Whether from the heading asked for last, ahead of the bow, the nearer way to the best one is the bow's longer."""
+    """Whether from the heading asked for last, far ahead of the bow, the nearer way to the best one is the bow's
+    longer."""
     left, ahead = wrap_pi(best_rad - yaw_rad), wrap_pi(best_rad - last_rad)
-    return left * ahead < 0.0 and abs(ahead) > abs(left)
+    return left * ahead < 0.0 and abs(ahead) > max(abs(left), 0.5 * math.pi)
 
 
 def _spare_mps(feed_mps: float, along_mps: float, most_mps: float) -> float:

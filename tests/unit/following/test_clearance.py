@@ -191,3 +191,14 @@ def test_while_it_keeps_clear_the_bow_turns_to_its_course_by_the_shorter_way() -
     for _ in range(20):
         asked = law.setpoint(replace(motion, course_rad=math.radians(-115.0), speed_mps=1.7), AT_REST, DT_S)
     assert isinstance(asked, PathSetpoint) and math.radians(-115.0) <= asked.yaw_rad < math.radians(-30.0)
+
+
+def test_while_it_keeps_clear_a_heading_asked_for_a_little_too_far_is_not_dropped() -> None:
+    """It is what turns the bow: begun again at the bow each time, it let an Otter drift onto a leader that backed."""
+    otter = load(find("otter"))
+    law, leader = FollowLaw(otter, Parameters(otter.parameters), can_reverse=True), leader_at(19.0)
+    law.start(AT_REST, leader, ASTERN, 0.0)
+    motion = replace(law.update(AT_REST, leader, ASTERN, 0.1), evading=True, resting=False)
+    law.setpoint(replace(motion, course_rad=0.7, speed_mps=0.0), AT_REST, DT_S)
+    asked = law.setpoint(replace(motion, course_rad=0.3, speed_mps=1.0), AT_REST, DT_S)
+    assert isinstance(asked, PathSetpoint) and asked.yaw_rad > 0.6
