@@ -17,7 +17,7 @@ from companion.config.hull import HullConfig
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 
-_STEADY_STEPS = 12
+_STEADY_STEPS = 12  # halvings of what is missing to the steady sideslip
 _LEAST_DECAY = 0.5  # of what the sway's damping alone gives: the model may be of a hull that does not go straight
 
 
@@ -66,7 +66,7 @@ class Sideslip:
         r = nav.yaw_rate_radps
         lever = self._steered.lever_m
         total = lever * r if self._sum is None else self._sum
-        decay_1ps, forced = _course_of(self._steered, nav.surge_mps, total - lever * r, r)
+        decay_1ps, forced = _decay_and_forcing(self._steered, nav.surge_mps, total - lever * r, r)
         self._sum = (total + dt_s * (forced + decay_1ps * lever * r)) / (1.0 + dt_s * decay_1ps)
         return self._sum - lever * r
 
@@ -77,12 +77,14 @@ def steady_slip_mps(steered: SteeredHull | None, surge_mps: float, turn_radps: f
     if steered is None or turn_radps == 0.0:
         return slip
     for _ in range(_STEADY_STEPS):
-        decay_1ps, forced = _course_of(steered, surge_mps, slip, turn_radps)
+        decay_1ps, forced = _decay_and_forcing(steered, surge_mps, slip, turn_radps)
         slip += 0.5 * (forced / decay_1ps - slip) if decay_1ps > 0.0 else 0.0
     return slip
 
 
-def _course_of(steered: SteeredHull, surge_mps: float, slip_mps: float, turn_radps: float) -> tuple[float, float]:
+def _decay_and_forcing(
+    steered: SteeredHull, surge_mps: float, slip_mps: float, turn_radps: float
+) -> tuple[float, float]:
     """(1/s at which the sideslip decays, m/s² at which the turn brings it)."""
     hull, at = steered.hull, steered.steers_1pm
     d, u, r = hull.damping, surge_mps, turn_radps
