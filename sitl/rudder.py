@@ -91,7 +91,7 @@ class Rudder(ThrusterModel):
         return -along_n if ahead else along_n, pressure * (lift * c - drag * s)
 
     def _coefficients(self, angle_rad: float) -> tuple[float, float]:
-        """(C_L, C_D) at an angle to the flow, −π/2 to π/2 and a little beyond."""
+        """(C_L, C_D) at an angle to the flow, up to π/2 and a little beyond."""
         size = abs(angle_rad)
         aspect = self._blade.span_m / self._blade.chord_m
         slope = 1.8 * math.pi * aspect / (math.sqrt(aspect * aspect + 4.0) + 1.8)
@@ -102,7 +102,7 @@ class Rudder(ThrusterModel):
             lift *= math.cos(size) / math.cos(_STALL_RAD)
             share = (math.sin(min(size, math.pi / 2)) - math.sin(_STALL_RAD)) / (1.0 - math.sin(_STALL_RAD))
             drag += (max(_PLATE_DRAG, drag) - drag) * share
-        return math.copysign(lift, angle_rad), drag
+        return lift if angle_rad >= 0.0 else -lift, drag  # beyond a right angle the lift is on the other side
 
     def _turn(self, dt_s: float) -> None:
         self._turn_with_lag(self._drive, dt_s)

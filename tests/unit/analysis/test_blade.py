@@ -12,7 +12,7 @@ from companion.config.vessel import VesselConfig
 from sitl.hidden_hull import hidden_hull
 from sitl.rudder import Rudder
 
-SEED = 3  # has a propeller and a rudder
+SEED = 32  # has a propeller and a rudder
 
 
 def vessel() -> VesselConfig:
