@@ -22,7 +22,7 @@ _OFF = 0.5
 _BLADE_OFF = 0.3  # of a rudder's side force; its race is off besides
 _FORMS = ("monohull", "catamaran", "inflatable", "barge")
 PROPULSIONS = ("two fixed", "fixed and bow", "one azimuth", "two azimuths", "outboard")
-RUDDER = "rudder"
+RUDDERS = ("rudder", "rudder and bow", "two rudders")
 _RUDDERS = 6  # one boat of so many has a rudder
 _LAG_S = (0.1, 0.6)
 _COMPASS_RAD = math.radians(8.0)
@@ -32,7 +32,7 @@ _MISTAKEN = 0.3  # share of boats with a wrong place of antenna and thrusters
 @dataclass(frozen=True, slots=True)
 class HiddenHull:
     """`text`: the vessel's file; `known`: as the controller reads it; `real`: as the boat is. `propulsion`: one of
-    PROPULSIONS or RUDDER. `mistaken`: antenna and thrusters are not where the file has them."""
+    PROPULSIONS or RUDDERS. `mistaken`: antenna and thrusters are not where the file has them."""
 
     seed: int
     text: str
@@ -46,8 +46,9 @@ def hidden_hull(seed: int) -> HiddenHull:
     """The boat of that seed."""
     draw = random.Random(f"hidden hull {seed}")
     propulsion = draw.choice(PROPULSIONS)
-    if random.Random(f"rudder {seed}").randrange(_RUDDERS) == 0:  # apart, so that the other boats stay what they are
-        propulsion = RUDDER
+    apart = random.Random(f"rudder {seed}")  # so that the other boats stay what they are
+    if apart.randrange(_RUDDERS) == 0:
+        propulsion = apart.choice(RUDDERS)
     text = _file(draw, seed, propulsion)
     known = parse(text, f"hidden hull {seed}")
     mistaken = draw.random() < _MISTAKEN
@@ -103,8 +104,15 @@ def _thrusters(draw: random.Random, propulsion: str, length: float, beam: float,
         return [_azimuth("pod", stern, 0.0, total)]
     if propulsion == "two azimuths":
         return [_azimuth("bow", 0.35 * length, 0.0, 0.5 * total), _azimuth("stern", stern, 0.0, 0.5 * total)]
-    if propulsion == RUDDER:
-        return [_rudder("propeller", stern, total)]
+    if propulsion == "rudder":
+        return [_rudder("propeller", stern, 0.0, total)]
+    if propulsion == "rudder and bow":
+        return [
+            _rudder("propeller", stern, 0.0, total),
+            _fixed("bow", 0.35 * length, 0.0, 0.2 * total, 90.0),
+        ]
+    if propulsion == "two rudders":
+        return [_rudder("port", stern, -side, 0.5 * total), _rudder("starboard", stern, side, 0.5 * total)]
     return [_azimuth("outboard", -0.5 * length, 0.0, total, 40.0)]
 
 
@@ -113,8 +121,9 @@ def _fixed(name: str, x_m: float, y_m: float, max_n: float, azimuth_deg: float =
     return name, f"{row}azimuth_deg = {azimuth_deg:.0f}\nmax_n = {max_n:.1f}\n"
 
 
-def _rudder(name: str, x_m: float, max_n: float) -> tuple[str, str]:
-    return name, f'[[thruster]]\nname = "{name}"\nkind = "rudder"\nx_m = {x_m:.2f}\ny_m = 0.0\nmax_n = {max_n:.1f}\n'
+def _rudder(name: str, x_m: float, y_m: float, max_n: float) -> tuple[str, str]:
+    row = f'[[thruster]]\nname = "{name}"\nkind = "rudder"\nx_m = {x_m:.2f}\ny_m = {y_m:.2f}\n'
+    return name, f"{row}max_n = {max_n:.1f}\n"
 
 
 def _azimuth(name: str, x_m: float, y_m: float, max_n: float, stop_deg: float | None = None) -> tuple[str, str]:

@@ -51,7 +51,9 @@ def with_mistake(boat: HiddenHull, mistake: str) -> VesselConfig:
         (1, "swapped", "Trial: port and starboard swapped"),
         (5, "reversed", "Trial: port reversed"),
         (13, "compass", "Trial: compass +90 deg off"),
-        (3, "rudder", "Trial: rudder of propeller reversed"),
+        (8, "rudder", "Trial: rudder of propeller reversed"),
+        (11, "rudder", "Trial: rudder of propeller reversed"),
+        (20, "rudder", "Trial: rudder of port reversed"),
     ],
 )
 def test_a_mistake_of_wiring_is_named_in_the_first_minute(seed: int, mistake: str, said: str, tmp_path: Path) -> None:

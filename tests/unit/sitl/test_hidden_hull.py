@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from companion.config.vessel import parse
-from sitl.hidden_hull import PROPULSIONS, hidden_hull
+from sitl.hidden_hull import PROPULSIONS, RUDDERS, hidden_hull
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -31,4 +31,4 @@ def test_the_boat_is_another_one_and_the_same_for_its_seed() -> None:
 
 
 def test_all_propulsions_occur() -> None:
-    assert {hidden_hull(seed).propulsion for seed in (0, 1, 2, 4, 105)} == set(PROPULSIONS)
+    assert {hidden_hull(seed).propulsion for seed in (0, 1, 2, 4, 105, 8, 11, 20)} == {*PROPULSIONS, *RUDDERS}

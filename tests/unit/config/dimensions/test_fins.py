@@ -15,7 +15,7 @@ from tests.unit.rudder_boat import SKIFF, TEXT
 
 
 def hidden() -> VesselConfig:
-    return hidden_hull(3).real  # has a propeller and a rudder
+    return hidden_hull(8).real  # has a propeller and a rudder
 
 
 def test_a_blade_that_drifts_is_a_fin_of_the_hull() -> None:
