@@ -120,7 +120,7 @@ class Clearance:
         sidesteps = self._steers_astern or self._aside_mps > 0.0
         self._steers_by_way = can_reverse and not sidesteps and self._turning_mps > 0.0
         self._course: float | None = None
-        self._way_rad = self._turn_rad = 0.0
+        self._turn_rad = 0.0
         self._too_near = False
 
     @property
@@ -199,11 +199,11 @@ class Clearance:
             return None
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
-        safe = not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept
+        safe = not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan, least_m=kept)[0] >= kept
         back, start = self._way_back(nav, leader), self._way_ahead(leader)
-        if start is not None and self._room_m(nav, start) < min(self.near_m, kept):
+        if start is not None and not self._has_room(nav, start, min(self.near_m, kept)):
             return self._best(course_rad, nav, leader, start, radius_m)
-        if safe and (back is None or self._room_m(nav, back) >= self.radius_m):
+        if safe and (back is None or self._has_room(nav, back, self.radius_m)):
             self._course = None
             return None
         return self._best(course_rad, nav, leader, way if back is None else back, radius_m)
@@ -241,10 +241,11 @@ class Clearance:
         left_rad = wrap_pi(bearing - course) * math.copysign(1.0, turn_radps)
         return _leader_way(leader, max(0.0, left_rad) / abs(turn_radps))
 
-    def _room_m(self, nav: NavState, way: list[_LeaderStep]) -> float:
-        """The distance that the best way out keeps."""
+    def _has_room(self, nav: NavState, way: list[_LeaderStep], room_m: float) -> bool:
+        """Whether a way out keeps that distance."""
         go_mps = self._go_mps(abs(way[0].speed_mps))
-        return max(self._distances(wrap_pi(nav.yaw_rad + offset), go_mps, nav, way)[0] for offset in self._offsets)
+        courses = (wrap_pi(nav.yaw_rad + offset) for offset in self._offsets)
+        return any(self._distances(course, go_mps, nav, way, least_m=room_m)[0] >= room_m for course in courses)
 
     def _go_mps(self, leader_mps: float) -> float:
         """The speed ahead at which the boat keeps clear."""
@@ -261,27 +262,35 @@ class Clearance:
         leader_mps = abs(leader.speed_mps)
         go_mps, faster_mps = self._go_mps(leader_mps), self._faster_mps(leader_mps)
         speeds = (0.0, go_mps, -min(self._back_mps, faster_mps)) if self._can_reverse else (0.0, go_mps)
-        side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
         late_cost_1pm = _LATER_COST_1PM if self._can_reverse else _LAST_COST_1PM
-        left_rad = self._left_rad(nav.yaw_rad)
         best, turn_rad, found = math.inf, 0.0, Evasion(nav.yaw_rad, 0.0)
-        for offset, speed in self._choices(nav.yaw_rad, speeds):
-            course = wrap_pi(nav.yaw_rad + offset)
-            way_cost = _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
-            cost = abs(wrap_pi(course - wanted_rad)) / math.pi + way_cost
-            way_rad = wrap_pi(course + math.pi) if speed < 0.0 else course
-            if self._course is not None:
-                other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
-                cost += side_cost * abs(other_rad) / math.pi
+        for cost, offset, speed in self._priced(wanted_rad, nav.yaw_rad, speeds):
             if cost >= best:
-                continue
-            least, later = self._distances(course, speed, nav, way)
+                break
+            course = wrap_pi(nav.yaw_rad + offset)
+            hopeless_m = radius_m - (best - cost) / _SHORT_COST_1PM
+            least, later = self._distances(course, speed, nav, way, least_m=hopeless_m)
             cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + late_cost_1pm * max(0.0, radius_m - later)
             if cost < best:
-                best, found, self._way_rad = cost, Evasion(course, speed), way_rad
-                turn_rad = offset
-        self._course, self._turn_rad = self._way_rad, turn_rad
+                best, turn_rad, found = cost, offset, Evasion(course, speed)
+        self._course, self._turn_rad = _way_rad(found), turn_rad
         return found
+
+    def _priced(self, wanted_rad: float, yaw_rad: float, speeds: tuple[float, ...]) -> list[tuple[float, float, float]]:
+        """(cost of deviation and reversal, turn in rad, speed) of all that is predicted, the cheapest first."""
+        side_cost = _THRUST_SIDE_COST if self._can_reverse else _SIDE_COST
+        left_rad = self._left_rad(yaw_rad)
+        priced = []
+        for offset, speed in self._choices(yaw_rad, speeds):
+            course = wrap_pi(yaw_rad + offset)
+            cost = abs(wrap_pi(course - wanted_rad)) / math.pi
+            cost += _GO_COST if speed > 0.0 else -_BACK_COST_1PM * speed * _STEPS * _STEP_S
+            if self._course is not None:
+                way_rad = _way_rad(Evasion(course, speed))
+                other_rad = wrap_pi(way_rad - self._course) if self._can_reverse else offset - left_rad
+                cost += side_cost * abs(other_rad) / math.pi
+            priced.append((cost, offset, speed))
+        return sorted(priced, key=lambda one: one[0])
 
     def _choices(self, yaw_rad: float, speeds: tuple[float, ...]) -> list[tuple[float, float]]:
         """(turn in rad, speed) of all that is predicted. A boat that can stop first tries the way chosen before: the
@@ -318,12 +327,14 @@ class Clearance:
         way: list[_LeaderStep],
         plan: MotionPlan | None = None,
         slides: bool = False,
+        least_m: float = -math.inf,
     ) -> tuple[float, float]:
         """Predict the boat: (least distance to the leader, that at the end) in m. The end is where the leader passes
-        the boat, if that can lie still until then. `slides`: a boat that coasts slides outwards as far as its hull does
-        in a turn, which its follow position allows for. Its choices count on less: else it would evade a leader that it
-        lies safely beside, and turn on its thrust."""
-        hull, p = self._hull, self._parameters
+        the boat, if that can lie still until then; where the boat comes nearer than `least_m`, the prediction ends
+        there. `slides`: a boat that coasts slides outwards as far as its hull does in a turn, which its follow position
+        allows for. Its choices count on less: else it would evade a leader that it lies safely beside, and turn on its
+        thrust."""
+        p = self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         if speed_mps <= 0.0 and plan is None:
             fastest *= math.sqrt(self._rest_share)
@@ -332,7 +343,7 @@ class Clearance:
         u, v = nav.surge_mps, nav.sway_mps - drift_e * math.cos(yaw) + drift_n * math.sin(yaw)
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least = math.inf
-        brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
+        push = self._thrust_mps2 if self._can_reverse else 1.5 * p["PATH_ACC"]
         for leader_n, leader_e, leader_mps, leader_course in way:
             if plan is not None:
                 going_n, going_e = leader_mps * math.cos(leader_course), leader_mps * math.sin(leader_course)
@@ -345,11 +356,7 @@ class Clearance:
             wanted = self._along_mps(speed_mps, off) if plan is None else planned_mps
             if abs(off) > TURNING_RAD and wanted >= 0.0:
                 wanted = max(wanted, self._turning_mps)
-            if u > wanted:
-                drag = hull.drag_n(abs(u)) / hull.m11_kg if u > 0.0 else 0.0
-                u = max(wanted, u - _STEP_S * (drag if self._turns_first(off) else max(brake, drag)))
-            else:
-                u = min(wanted, u + _STEP_S * push)
+            u = self._surge_mps(u, wanted, off, push)
             c, s = math.cos(yaw), math.sin(yaw)
             if self._can_reverse or slides:
                 v = self._sway_mps(u, v, r, self.aside_mps(speed_mps, off) if plan is None else 0.0)
@@ -360,9 +367,20 @@ class Clearance:
             north += _STEP_S * (u * c + slip_n)
             east += _STEP_S * (u * s + slip_e)
             least = min(least, math.hypot(north - leader_n, east - leader_e))
+            if least < least_m:
+                return least, least
         if self._can_reverse:
             return least, _passed_m(north, east, way[-1], _GOES_ON_S if self._steers_by_way else _FOR_GOOD_S)
         return least, math.hypot(north - way[-1].north_m, east - way[-1].east_m)
+
+    def _surge_mps(self, u: float, wanted_mps: float, off_rad: float, push_mps2: float) -> float:
+        """The speed along the hull a step later: by thrust, or as the hull's drag brakes it."""
+        if u <= wanted_mps:
+            return min(wanted_mps, u + _STEP_S * push_mps2)
+        brake = self._hull.drag_n(u) / self._hull.m11_kg if u > 0.0 else 0.0
+        if self._can_reverse and not self._turns_first(off_rad):
+            brake = max(self._thrust_mps2, brake)
+        return max(wanted_mps, u - _STEP_S * brake)
 
     def _turns_first(self, off_rad: float) -> bool:
         """Whether a turn takes all thrust of a boat that its rudders turn ahead only: none is left to brake or back."""
@@ -394,6 +412,11 @@ class Clearance:
         if lag_s <= 0.0:
             return 0.0
         return (v - _STEP_S * hull.m11_kg / hull.m22_kg * u * r) / (1.0 + _STEP_S / lag_s)
+
+
+def _way_rad(evasion: Evasion) -> float:
+    """The direction in which the boat goes: over its stern, where it backs."""
+    return wrap_pi(evasion.course_rad + math.pi) if evasion.speed_mps < 0.0 else evasion.course_rad
 
 
 def _rest_share(config: VesselConfig) -> float:
