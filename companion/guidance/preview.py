@@ -45,11 +45,11 @@ class Preview:
         """`slides`: what turns the boat pushes it out of the turn."""
         self.early = EarlyTurn(parameters, turning, slides)
         self._parameters, self._turning = parameters, turning
-        self._back_m = 0.0
+        self._back_m = self._begun_m = 0.0
 
     def begin(self) -> None:
         """Another track."""
-        self._back_m = 0.0
+        self._back_m = self._begun_m = 0.0
 
     def turned_back_s_m(self, nav: NavState, track: Track, s_m: float) -> float:
         """Up to which arc length a boat has turned back, in an arc that began before a tip which it will not reach any
@@ -75,12 +75,14 @@ class Preview:
             return usual_m
         course_rad = leg.track.at(leg.s_m).course_rad
         along_mps = nav.north_mps * math.cos(course_rad) + nav.east_mps * math.sin(course_rad)
-        ahead_m = min(usual_m, ahead_s * _UNDER_WAY * max(0.0, along_mps))
+        ahead_m = min(usual_m, max(ahead_s * _UNDER_WAY * max(0.0, along_mps), self._begun_m - leg.s_m))
         if abs(wrap_pi(leg.track.at(leg.s_m + ahead_m).course_rad - course_rad)) > ALMOST_BACK_RAD:
             if abs(error_m) > lookahead_m or abs(wrap_pi(nav.yaw_rad - course_rad)) > _ALONG_RAD:
                 ahead_m = 0.0
             else:
                 self._back_m = max(self._back_m, leg.s_m + ahead_m)
+        else:
+            self._begun_m = max(self._begun_m, leg.s_m + ahead_m)
         return max(ahead_m, self._back_m - leg.s_m)
 
     def ahead_s(self, nav: NavState, leg: OnLeg) -> float:
