@@ -27,9 +27,8 @@ from companion.core.actuation import (
     Wrench,
 )
 from companion.core.decision import Status, TextKind
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, surge_through_water_mps
 from companion.core.events import EventLog
-from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import (
     Actuator,
@@ -384,13 +383,6 @@ class Vessel:
     def _collect(self, now_s: float) -> None:
         for device in (*self._devices.sensors, *self._devices.actuators):
             self._arrived.extend(self.containment.driver(device.name, partial(device.read, now_s), (), now_s))
-
-
-def surge_through_water_mps(nav: NavState) -> float:
-    """Speed ahead through the water; over ground if no current is known."""
-    if nav.current_north_mps is None or nav.current_east_mps is None:
-        return nav.surge_mps
-    return nav.surge_mps - ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
 
 
 class NoGroundStations:

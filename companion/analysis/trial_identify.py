@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,11 @@ from companion.analysis.hull_fit import HullFit, fit
 from companion.analysis.hull_model import COUPLING, HEADING, INERTIA, HullModel
 from companion.analysis.identify import advice, plot, report
 from companion.analysis.log_reader import Log, LogError, parameters_of
-from companion.analysis.manoeuvre import Group, Manoeuvre, read_manoeuvre
+from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.analysis.trial_checks import DEAD_BAND, PLACE_AHEAD, PLACE_ASIDE, Check, checks
 from companion.analysis.trial_log import Ran, manoeuvres
-from companion.config.devices import SensorConfig
+from companion.config.devices import SensorConfig, ThrusterConfig
+from companion.config.dimensions.limits import figures
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.config.rudder import RudderConfig
@@ -29,6 +30,7 @@ from companion.record.replacing import replace_file
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
 _READ, _FITTED = 0.1, 0.9  # shares of the whole after which the log is read, and the hull fitted
 _BETTER = 0.9  # of the old model's prediction error, from which the new model is worth having
+_SAME_SHARE = 0.01  # a limit that changes by less stays
 _WIND_SCALES = ("wind_surge_scale", "wind_sway_scale")
 
 
@@ -100,7 +102,7 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     parameters = parameters_of(log, warnings)
     boat, hull = log.config, sailed
     if _is_better(compared):
-        boat, hull = replace(boat, limits=scaled(boat.limits, model.groups, values)), found.hull
+        boat, hull = replace(boat, limits=rescaled(boat.limits, boat.thrusters, found.thrusters)), found.hull
     designs = designed(boat, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)
@@ -153,7 +155,7 @@ def _overlay(found: TrialIdentification) -> str:
     terms = [name for name in DampingConfig.__slots__ if name in sigmas]
     lines += [_row(name, getattr(fitted.hull.damping, name), sigmas[name]) for name in terms]
     lines += _windage(config.windage, found.values, sigmas)
-    limits = scaled(config.limits, found.model.groups, found.values)
+    limits = rescaled(config.limits, config.thrusters, fitted.thrusters)
     lines += ["", "[limits]", *(f"{name} = {value:g}" for name, value in asdict(limits).items())]
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
@@ -204,12 +206,16 @@ def band_row(band: float, checks: Sequence[Check]) -> list[str]:
     return [f"dead_band = {band:.3f}"] if band or check is not None else []
 
 
-def scaled(limits: LimitsConfig, groups: Sequence[Group], values: Mapping[str, float]) -> LimitsConfig:
-    """The limits of the wrench, scaled as the thrust of all thrusters where that is other than before."""
-    scale = sum(g.max_n * values[f"scale {g.name}"] for g in groups) / sum(g.max_n for g in groups)
-    if abs(scale - 1.0) < 0.01:
-        return limits
-    return LimitsConfig(*(float(f"{scale * one:.4g}") for one in (limits.surge_n, limits.sway_n, limits.yaw_nm)))
+def rescaled(
+    limits: LimitsConfig, before: tuple[ThrusterConfig, ...], after: tuple[ThrusterConfig, ...]
+) -> LimitsConfig:
+    """The limits of the wrench: each by as much other than before as what the thrusters give together on its axis, with
+    their forces, places and blades."""
+    kept = []
+    for limit, then, now in zip(astuple(limits), figures(before), figures(after), strict=True):
+        ratio = now.value / then.value if then.value > 0.0 else 1.0
+        kept.append(limit if abs(ratio - 1.0) < _SAME_SHARE else float(f"{ratio * limit:.4g}"))
+    return LimitsConfig(*kept)
 
 
 def sensor_rows(sensors: Sequence[SensorConfig], checks: Sequence[Check], error_rad: float) -> list[str]:

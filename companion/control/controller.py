@@ -24,7 +24,7 @@ from companion.control.wind_handover import WindHandover
 from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState, air_over_ground, without_waves
+from companion.core.estimate import NavState, air_over_ground, surge_through_water_mps, without_waves
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -105,6 +105,7 @@ class Controller:
         self._bias = BiasForce(config.limits, self._yaw_limit.most_nm)
         self._coming_to_rest = ComingToRest(config)
         self._demanded: Wrench | None = None
+        self._surge_mps = 0.0  # through the water, as far as it counts for the limits
         self._ahead: tuple[Wrench, ...] = ()
 
     def reset(self) -> None:
@@ -154,6 +155,7 @@ class Controller:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
+        self._surge_mps = surge_through_water_mps(nav) if self._yaw_limit.by_speed else 0.0
         self._yaw.pushes(achieved)
         if not isinstance(setpoint, _STEERED):
             self._free_drift.see(nav, achieved, dt_s)
@@ -337,7 +339,7 @@ class Controller:
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits
         surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
-        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm)
+        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm, self._surge_mps)
         return Wrench(surge_n, min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)), yaw_nm)
 
 

@@ -13,7 +13,8 @@ from companion.config.dimensions.figure import Figure
 from companion.config.kinds import Problem
 
 KEYS = ("surge_n", "sway_n", "yaw_nm")
-_SHARE = 0.9  # of what the thrusters give: the rest is for the other axes
+SHARE = 0.9
+"""Of what the thrusters give, that limits keep: the rest is for the other axes."""
 _STEERING_SHARE = 0.35  # default of RUD_STEER: of the thrust ahead, which the boat adds for its rudders
 _USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as none
 _NONE = 1.0e-6  # of the thrust of all: what the search leaves of nothing
@@ -94,7 +95,7 @@ def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] 
 def sides_nm(thrusters: tuple[ThrusterConfig, ...]) -> tuple[float, float]:
     """Largest moments to port and to starboard with surge and sway at zero, as the share of them that limits keep."""
     port_nm, starboard_nm = _sides(thrusters, 2, ())
-    return _SHARE * port_nm, _SHARE * starboard_nm
+    return SHARE * port_nm, SHARE * starboard_nm
 
 
 def _sides(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int]) -> tuple[float, float]:
@@ -144,9 +145,9 @@ def turning_nm(thrusters: Sequence[ThrusterConfig], surge_n: float) -> float:
     bound = 20.0 * _reach(thrusters)
 
     def to_side(side: float) -> float:
-        return _least(lambda m: sum(support_n(t, m, 0.0, side) for t in thrusters) - m * surge_n / _SHARE, bound)
+        return _least(lambda m: sum(support_n(t, m, 0.0, side) for t in thrusters) - m * surge_n / SHARE, bound)
 
-    return _SHARE * min(to_side(1.0), to_side(-1.0))
+    return SHARE * min(to_side(1.0), to_side(-1.0))
 
 
 def _reach(thrusters: Sequence[ThrusterConfig]) -> float:
@@ -191,11 +192,11 @@ def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
         most_nm = max(most_nm, _STEERING_SHARE * largest(rudders, 2, free=(0, 1)))
     source = "places and directions of the thrusters"
     return (
-        Figure("limits.surge_n", _SHARE * ahead_n, 1.5, "0.9 of the largest X with Y = N = 0", source),
-        Figure("limits.sway_n", _SHARE * sideways_n, 1.5, "0.9 of the largest Y with X = N = 0", source),
+        Figure("limits.surge_n", SHARE * ahead_n, 1.5, "0.9 of the largest X with Y = N = 0", source),
+        Figure("limits.sway_n", SHARE * sideways_n, 1.5, "0.9 of the largest Y with X = N = 0", source),
         Figure(
             "limits.yaw_nm",
-            _SHARE * most_nm,
+            SHARE * most_nm,
             1.5,
             "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder or one outboard with full thrust, "
             "of rudders beside other thrusters with 0.35 of it if that is more",

@@ -11,7 +11,7 @@ from companion.allocation.jet import JetAllocator
 from companion.allocation.jet_curve import JetCurve
 from companion.config.vessel import find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.loop import surge_through_water_mps
+from companion.core.estimate import surge_through_water_mps
 from companion.params.store import Parameters
 
 VESSEL = load(find("rescuerunner"))

@@ -13,12 +13,17 @@ import numpy as np
 import pytest
 
 from companion.analysis.log_reader import Log
-from companion.analysis.manoeuvre import Manoeuvre, groups_of
+from companion.analysis.manoeuvre import Manoeuvre
 from companion.analysis.trial_checks import DEAD_BAND, Check, dead_band_check, inertial_checks
-from companion.analysis.trial_identify import band_row, scaled, sensor_rows
-from companion.config.vessel import find, load
+from companion.analysis.trial_identify import band_row, rescaled, sensor_rows
+from companion.cli.new_file import file_text
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.limits import figures
+from companion.config.vessel import find, load, parse
+from companion.config.yaw_limit import YawLimit
 from companion.core.readings import Imu
 from companion.nav.lever_arms import normal_gravity_mps2
+from tests.unit.rudder_boat import ANSWERS
 
 AHEAD_M, STARBOARD_M, OFFSET_MPS2 = 0.4, -0.15, 0.05
 GRAVITY = normal_gravity_mps2(63.4389)
@@ -97,10 +102,32 @@ def test_a_dead_band_and_limits_that_are_as_before_stay(log: Log) -> None:
     assert band_row(0.05, (check,)) == band_row(0.05, ()) == ["dead_band = 0.050"]
     assert band_row(0.0, (check,)) == []
     assert band_row(0.0, (replace(check, value=0.08),)) == ["dead_band = 0.080"]
-    groups, limits = groups_of(log.config.thrusters), log.config.limits
-    names = [f"scale {group.name}" for group in groups]
-    assert scaled(limits, groups, dict.fromkeys(names, 1.004)) == limits
-    assert scaled(limits, groups, dict.fromkeys(names, 0.5)).surge_n == pytest.approx(0.5 * limits.surge_n)
+    thrusters, limits = log.config.thrusters, log.config.limits
+    assert rescaled(limits, thrusters, with_thrust(thrusters, 1.004)) == limits
+    assert rescaled(limits, thrusters, with_thrust(thrusters, 0.5)).surge_n == pytest.approx(0.5 * limits.surge_n)
+
+
+def with_thrust(thrusters: tuple[ThrusterConfig, ...], k: float) -> tuple[ThrusterConfig, ...]:
+    return tuple(
+        replace(t, max_n=k * t.max_n, min_n=k * t.min_n, ahead_n=k * t.ahead_n, astern_n=k * t.astern_n)
+        for t in thrusters
+    )
+
+
+def test_limits_after_a_trial_are_those_of_the_thrusters_that_it_found() -> None:
+    """A rudder that gives half as much again turns the boat harder. As they were, the limits would be somebody's choice
+    to `YawLimit`, which then counts neither race nor speed for the rudders."""
+    boat = parse(file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.3)), "boat.toml")
+    found = tuple(
+        replace(t, rudder=replace(t.rudder, lift_scale=1.5 * t.rudder.lift_scale)) if t.rudder else t
+        for t in with_thrust(boat.thrusters, 1.2)
+    )
+    limits = rescaled(boat.limits, boat.thrusters, found)
+    surge, sway, yaw = figures(found)
+    assert limits.surge_n == pytest.approx(surge.value, rel=0.01) and limits.sway_n == sway.value == 0.0
+    assert limits.yaw_nm == pytest.approx(yaw.value, rel=0.01) and limits.yaw_nm > 1.25 * boat.limits.yaw_nm
+    after = YawLimit(replace(boat, thrusters=found, limits=limits))
+    assert after.nm(0.8 * limits.surge_n) > 1.2 * limits.yaw_nm
 
 
 def test_a_wide_dead_band_is_checked_too(log: Log) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from companion.allocation.rudder_curve import RudderCurve
 from companion.cli.new_file import file_text
 from companion.config.dimensions.limits import rudder_share
 from companion.config.vessel import VesselConfig, find, load, parse
@@ -74,3 +75,28 @@ def test_rudders_beside_other_thrusters_push_with_the_race_of_the_force_ahead(la
 
 def test_a_rudder_alone_keeps_the_limit_of_the_file() -> None:
     assert YawLimit(SKIFF).nm(0.8 * SKIFF.limits.surge_n) == SKIFF.limits.yaw_nm
+
+
+@pytest.mark.parametrize(("layout", "least"), [("two-rudders", 3.0), ("rudder-bow", 3.0)])
+def test_rudders_beside_other_thrusters_push_with_the_speed_too(layout: str, least: float) -> None:
+    """As `RudderCurve` has it, which the allocation uses: 0.9 of what the blades give there more than at rest."""
+    boat = parse(file_text(replace(ANSWERS, layout=layout, spread_m=0.3, bow_motor="10")), "boat.toml")
+    limit, surge_n, surge_mps = YawLimit(boat), 0.4 * boat.limits.surge_n, 2.0
+    rudders = [RudderCurve(thruster) for thruster in boat.thrusters if thruster.rudder is not None]
+    each_n = surge_n / len(rudders)
+    more_nm = sum(
+        abs(curve.lever_m) * (curve.most_n(curve.inflow(each_n, surge_mps)) - curve.most_n(curve.inflow(each_n, 0.0)))
+        for curve in rudders
+    )
+    assert limit.by_speed
+    assert limit.nm(surge_n, surge_mps) - limit.nm(surge_n) == pytest.approx(0.9 * more_nm)
+    assert limit.nm(surge_n, surge_mps) > least * boat.limits.yaw_nm
+    assert limit.nm(surge_n, -surge_mps) == limit.nm(surge_n)
+    wanted_nm = 2.0 * boat.limits.yaw_nm
+    assert limit.within(surge_n, wanted_nm, surge_mps) == (surge_n, wanted_nm)
+
+
+def test_speed_gives_a_boat_without_rudders_nothing() -> None:
+    for boat in (WAMV, SKIFF, load(find("revolt"))):
+        limit = YawLimit(boat)
+        assert not limit.by_speed and limit.nm(50.0, 3.0) == limit.nm(50.0)
