@@ -39,7 +39,7 @@ class OnLeg(NamedTuple):
 
 class Preview:
     """`begin` with each track, then `ahead_m` or `ahead_s` every tick. `early`: how early the boat begins its turns.
-    Remembers up to where, beyond a turn back, a boat in an arc has begun to turn."""
+    Remembers up to where a boat that begins early has begun to turn, and the same beyond a turn back."""
 
     def __init__(self, parameters: Parameters, turning: Turning, slides: bool) -> None:
         """`slides`: what turns the boat pushes it out of the turn."""
@@ -67,8 +67,8 @@ class Preview:
         In an arc, or of a boat that begins its turns early, that is several seconds: may be more than a leg. A boat
         that does not sail along the track comes no nearer to its next leg, and where the track turns back one that is
         far off it has its own leg to sail yet: for these the course would be now that of the one leg, now that of the
-        other. So has one whose bow does not point along its leg yet. A boat that has begun to turn back goes on, though
-        it sails no more along the track."""
+        other. So has one whose bow does not point along its leg yet. A turn that has begun goes on, though the boat
+        sails no more along the track."""
         ahead_s = self.ahead_s(nav, leg)
         usual_m = ahead_s * leg.speed_mps
         if self._turning.arc is None and not self.early.slides:

@@ -97,3 +97,16 @@ def test_bends_are_slower_against_more_resistance() -> None:
     before = early.bends
     assert early.turns_against(2.0) and before is not None and early.bends is not None
     assert early.bends.at(0.5) < before.at(0.5)
+
+
+def test_a_turn_that_has_begun_goes_on_although_the_boat_loses_its_way() -> None:
+    """A stream of 0.4 m/s stopped a boat with a lone azimuth thruster as it turned at its corner: it pointed back along
+    its leg, gathered way, began to turn again, and gave up after 120 s."""
+    guide = PathTracker(Parameters(OTTER.parameters), can_sway=False, turning=replace(TURNING, aside=True))
+    under_way, stopped = nav_state(47.5, 0.0, 0.0, SPEED_MPS), nav_state(47.5, 0.0, math.radians(60.0), -0.1)
+    corner = [Waypoint(0.0, 0.0), Waypoint(50.0, 0.0, radius_m=3.0), Waypoint(50.0, 50.0)]
+    guide.start(corner, under_way, from_here=False)
+    begun = [guide.update(under_way, SPEED_MPS, 0.1).setpoint.yaw_rad for _ in range(50)][-1]
+    later = [guide.update(stopped, SPEED_MPS, 0.1).setpoint.yaw_rad for _ in range(100)][-1]
+    assert math.degrees(begun) > 20.0
+    assert later >= begun - 0.02
