@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from companion.baselines.controller_choice import controller_with_baselines
-from companion.config.vessel import LimitsConfig
+from companion.cli.new_file import file_text
+from companion.config.vessel import LimitsConfig, parse
 from companion.control.bias import BiasForce
 from companion.control.controller import Controller
 from companion.control.dynamic_positioning import pole_placement
@@ -29,6 +30,7 @@ from companion.core.setpoint import (
 )
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT, nav_state
+from tests.unit.rudder_boat import ANSWERS
 
 DT_S = 0.1
 HERE = PoseSetpoint(0.0, 0.0, 0.0)
@@ -121,6 +123,19 @@ def test_the_demand_never_exceeds_the_limits() -> None:
     wrench = controller().update(HERE, nav_state(north_m=-50.0, east_m=50.0, yaw_rad=3.0), ZERO_WRENCH, DT_S)
     limits = REVOLT.limits
     assert axes(wrench) == (-limits.surge_n, limits.sway_n, -limits.yaw_nm)
+
+
+def test_rudders_beside_other_thrusters_are_asked_for_more_by_speed_through_the_water() -> None:
+    boat = parse(file_text(replace(ANSWERS, layout="two-rudders", spread_m=0.3)), "boat.toml")
+    control, asked = Controller(boat, Parameters(boat.parameters)), WrenchSetpoint(Wrench(20.0, 0.0, 1.0e3))
+    still, under_way = nav_state(surge_mps=0.0), nav_state(surge_mps=2.0)
+    carried = replace(under_way, current_north_mps=2.0, current_east_mps=0.0)
+
+    def moment_nm(nav: NavState) -> float:
+        return control.update(asked, nav, ZERO_WRENCH, 0.1).yaw_nm
+
+    assert moment_nm(under_way) > 2.0 * moment_nm(still)
+    assert moment_nm(carried) == moment_nm(still)
 
 
 def test_known_wind_is_countered() -> None:
