@@ -44,7 +44,7 @@ class BendSpeeds:
     def rate_radps(self, speed_mps: float, share: float = 1.0) -> float:
         """The yaw rate of a steady turn at that speed, by that share of the moment."""
         hull = self._steered.hull
-        moment_nm = share * self._limit.nm(hull.drag_n(speed_mps)) / self._resistance
+        moment_nm = share * self._limit.nm(hull.drag_n(speed_mps), speed_mps) / self._resistance
         return steady_turn_radps(hull, speed_mps, moment_nm, self._steered.steers_1pm)
 
     def of(self, curvature_1pm: Floats) -> Floats:

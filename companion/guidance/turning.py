@@ -60,7 +60,7 @@ def turning_of(config: VesselConfig, on_the_spot: bool) -> Turning:
 
 
 def bends_of(config: VesselConfig, steady: bool = False) -> BendSpeeds | None:
-    """The speeds in bends of a boat whose moment does not depend on the flow, as those of rudders and jets do.
+    """The speeds in bends of a boat whose moment its thrust gives, with rudders beside other thrusters or without.
     `steady`: on a circle, with the sideways force of what steers it; on a path the boat learns how much harder a turn
     is (`BendSpeeds.resisted`)."""
     steered = steered_hull_of(config)
