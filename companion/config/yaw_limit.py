@@ -51,7 +51,7 @@ class YawLimit:
         self._strongest = 0  # place in the table of the largest moment
         self._flows: list[_Flow] = []
         self._by_race = limits.sway_n <= 0.0  # a boat that pushes itself sideways pushes each screw to and fro
-        with_rudders = not steered_by_rudder(thrusters) and any(thruster.rudder is not None for thruster in thrusters)
+        with_rudders = not steered_by_rudder(thrusters) and any(thruster.kind == "rudder" for thruster in thrusters)
         by_force = self._by_race and all(thruster.kind == "fixed" for thruster in without_blades(thrusters))
         if not (with_rudders or by_force):
             return
@@ -61,7 +61,7 @@ class YawLimit:
             self._flows = [
                 _Flow(thruster, thruster.rudder, thruster.propeller_m)
                 for thruster in thrusters
-                if thruster.rudder is not None and thruster.propeller_m is not None
+                if thruster.kind == "rudder" and thruster.rudder is not None and thruster.propeller_m is not None
             ]
         if by_force:
             self._table = [_turning_nm(thrusters, self._most_n * i / _STEPS) for i in range(_STEPS + 1)]

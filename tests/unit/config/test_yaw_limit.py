@@ -97,6 +97,6 @@ def test_rudders_beside_other_thrusters_push_with_the_speed_too(layout: str, lea
 
 
 def test_speed_gives_a_boat_without_rudders_nothing() -> None:
-    for boat in (WAMV, SKIFF, load(find("revolt"))):
+    for boat in (WAMV, SKIFF, load(find("revolt")), load(find("sailbot"))):
         limit = YawLimit(boat)
         assert not limit.by_speed and limit.nm(50.0, 3.0) == limit.nm(50.0)

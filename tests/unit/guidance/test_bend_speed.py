@@ -8,17 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from companion.cli.new_file import file_text
 from companion.config.hull import DampingConfig, HullConfig
-from companion.config.vessel import find, load
+from companion.config.vessel import find, load, parse
 from companion.config.yaw_limit import YawLimit
 from companion.control.model import coriolis, damping
 from companion.guidance.bend_speed import BendSpeeds, steady_turn_radps
 from companion.guidance.orbit import Circle, OrbitGuidance
 from companion.guidance.sideslip import SteeredHull
 from companion.guidance.speed_profile import BendLimits
-from companion.guidance.turning import turning_of
+from companion.guidance.turning import bends_of, turning_of
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
+from tests.unit.rudder_boat import ANSWERS
 
 TOP_MPS = 2.4
 # An inflatable of 3.95 m, whose bow way holds straight: by its dimensions.
@@ -101,3 +103,15 @@ def test_a_boat_that_runs_wide_of_its_circle_does_not_speed_up(outside_m: float)
     for _ in range(50):
         asked = guidance.update(nav, 1.43, 0.1).setpoint.surge_mps
     assert asked <= BENDS.at(1.0 / 12.0) + 1e-6
+
+
+def test_bends_count_what_the_speed_gives_rudders_beside_other_thrusters() -> None:
+    """A ship of 12 m planned its bends by the moment at rest, with the race of its screws. Its corners were 5 m off."""
+    ship = parse(file_text(replace(ANSWERS, length_m=6.0, beam_m=1.8, mass_kg=1200.0, layout="two-rudders", motor="600",
+                                   spread_m=1.0)), "ship.toml")  # fmt: skip
+    bends, limit, speed_mps = bends_of(ship), YawLimit(ship), 2.0
+    assert bends is not None
+    still_nm, moment_nm = limit.nm(ship.hull.drag_n(speed_mps)), limit.nm(ship.hull.drag_n(speed_mps), speed_mps)
+    assert moment_nm > 1.5 * still_nm
+    assert bends.rate_radps(speed_mps) == pytest.approx(steady_turn_radps(ship.hull, speed_mps, moment_nm))
+    assert bends.rate_radps(speed_mps) > 1.2 * steady_turn_radps(ship.hull, speed_mps, still_nm)
