@@ -27,7 +27,7 @@ from companion.core.actuation import (
     Wrench,
 )
 from companion.core.decision import Status, TextKind
-from companion.core.estimate import NavState, surge_through_water_mps
+from companion.core.estimate import NavState, through_water
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import (
@@ -300,11 +300,11 @@ class Vessel:
         elif not status.armed or isinstance(setpoint, NeutralSetpoint):
             allocation = allocator.neutral()
         elif isinstance(setpoint, ThrusterSetpoint):
-            allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
+            allocation = allocator.direct(setpoint.thrusters, surge_mps=through_water(nav)[0])
         else:
             planned = isinstance(setpoint, PathSetpoint) and setpoint.exact
             ahead = self._blocks.controller.ahead
-            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav), planned, ahead)
+            allocation = allocator.update(wrench, self.period_s, through_water(nav)[0], planned, ahead)
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
         self.supervisor.thrust_achieved(allocation.achieved, wrench)

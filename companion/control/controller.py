@@ -24,7 +24,7 @@ from companion.control.wind_handover import WindHandover
 from companion.control.yaw_disturbance import YawDisturbance
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState, air_over_ground, surge_through_water_mps, without_waves
+from companion.core.estimate import NavState, air_over_ground, through_water, without_waves
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -155,7 +155,7 @@ class Controller:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
-        self._surge_mps = surge_through_water_mps(nav) if self._yaw_limit.by_speed else 0.0
+        self._surge_mps = through_water(nav)[0] if self._yaw_limit.by_speed else 0.0
         self._yaw.pushes(achieved)
         if not isinstance(setpoint, _STEERED):
             self._free_drift.see(nav, achieved, dt_s)

@@ -286,8 +286,9 @@ class Contact:
         return math.hypot(self.north_mps, self.east_mps)
 
 
-def surge_through_water_mps(nav: NavState) -> float:
-    """Speed ahead through the water; over ground if no current is known."""
+def through_water(nav: NavState) -> tuple[float, float]:
+    """(surge, sway) in m/s through the water; over ground if no current is known."""
     if nav.current_north_mps is None or nav.current_east_mps is None:
-        return nav.surge_mps
-    return nav.surge_mps - ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
+        return nav.surge_mps, nav.sway_mps
+    ahead_mps, aside_mps = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
+    return nav.surge_mps - ahead_mps, nav.sway_mps - aside_mps

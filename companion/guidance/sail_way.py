@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState
-from companion.core.frames import ned_to_body
+from companion.core.estimate import NavState, through_water
 
 _LEAST_MPS, _ENOUGH_MPS = 0.5, 0.9  # ahead: less may be no way, so much is enough
 _DRIFT_SHARE = 0.6  # of the way ahead: a keel whose flow is attached lets the boat drift by a tenth
@@ -54,11 +53,3 @@ class SailWay:
         if off_rad * wanted_rad > 0.0 and abs(wanted_rad) > _REACH_RAD:
             return yaw_rad
         return wrap_pi(from_rad + math.copysign(_REACH_RAD, off_rad))
-
-
-def through_water(nav: NavState) -> tuple[float, float]:
-    """(surge, sway) through the water where the current is known, else over ground."""
-    if nav.current_north_mps is None or nav.current_east_mps is None:
-        return nav.surge_mps, nav.sway_mps
-    ahead_mps, aside_mps = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-    return nav.surge_mps - ahead_mps, nav.sway_mps - aside_mps

@@ -15,7 +15,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
 from companion.core.decision import TextKind
-from companion.core.estimate import NavState, Rig
+from companion.core.estimate import NavState, Rig, through_water
 from companion.core.events import Announce
 from companion.core.setpoint import (
     HeadingSetpoint,
@@ -27,7 +27,7 @@ from companion.core.setpoint import (
 )
 from companion.guidance.sail_motor import SailMotor
 from companion.guidance.sail_turn import SailTurn
-from companion.guidance.sail_way import SailWay, through_water
+from companion.guidance.sail_way import SailWay
 from companion.guidance.sail_wind import SailWind
 from companion.params.store import Parameters
 

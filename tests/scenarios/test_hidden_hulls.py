@@ -51,8 +51,8 @@ def with_mistake(boat: HiddenHull, mistake: str) -> VesselConfig:
         (1, "swapped", "Trial: port and starboard swapped"),
         (5, "reversed", "Trial: port reversed"),
         (13, "compass", "Trial: compass +90 deg off"),
+        (3, "rudder", "Trial: rudder of propeller reversed"),
         (8, "rudder", "Trial: rudder of propeller reversed"),
-        (11, "rudder", "Trial: rudder of propeller reversed"),
         (20, "rudder", "Trial: rudder of port reversed"),
     ],
 )

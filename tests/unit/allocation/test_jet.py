@@ -11,7 +11,7 @@ from companion.allocation.jet import JetAllocator
 from companion.allocation.jet_curve import JetCurve
 from companion.config.vessel import find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
-from companion.core.estimate import surge_through_water_mps
+from companion.core.estimate import through_water
 from companion.params.store import Parameters
 
 VESSEL = load(find("rescuerunner"))
@@ -187,7 +187,9 @@ def test_a_curve_needs_a_jet() -> None:
 
 def test_speed_through_the_water_counts() -> None:
     """Heading east at 5 m/s over ground in a current of 1 m/s to the west: 6 m/s through the water."""
-    nav = SimpleNamespace(surge_mps=5.0, yaw_rad=math.radians(90.0), current_north_mps=0.3, current_east_mps=-1.0)
-    assert surge_through_water_mps(nav) == pytest.approx(6.0)  # type: ignore[arg-type]
+    nav = SimpleNamespace(
+        surge_mps=5.0, sway_mps=0.0, yaw_rad=math.radians(90.0), current_north_mps=0.3, current_east_mps=-1.0
+    )
+    assert through_water(nav)[0] == pytest.approx(6.0)  # type: ignore[arg-type]
     nav.current_east_mps = None
-    assert surge_through_water_mps(nav) == 5.0  # type: ignore[arg-type]
+    assert through_water(nav)[0] == 5.0  # type: ignore[arg-type]

@@ -109,7 +109,7 @@ def back_and_forth(turning: Turning, parameters: Parameters) -> PathTracker:
     """A guide to 30 m astern of home and back."""
     guide = PathTracker(parameters, can_sway=False, turning=turning)
     guide.start([Waypoint(-30.0, 0.0), Waypoint(40.0, 0.0)], nav_state(yaw_rad=math.pi, surge_mps=1.4))
-    guide.turns_against(3.0)
+    guide.turns_against(5.0)
     return guide
 
 
@@ -142,7 +142,7 @@ def test_blown_back_before_the_tip_it_has_turned_back(config: VesselConfig, turn
     guide = back_and_forth(turning, parameters)
     north_m, turns_rad = 0.0, 0.0
     while turns_rad < math.radians(3.0):
-        assert north_m > -29.0, "it turns before the tip"
+        assert north_m > -28.0, "it turns no earlier"
         north_m -= 1.4 * DT_S
         asked = guide.update(nav_state(north_m, 0.0, math.pi, 1.4), 1.4, DT_S).setpoint.yaw_rad
         turns_rad = abs(wrap_pi((asked or 0.0) - math.pi))

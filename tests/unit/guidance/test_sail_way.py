@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.estimate import NavState
-from companion.guidance.sail_way import SailWay, through_water
+from companion.core.estimate import NavState, through_water
+from companion.guidance.sail_way import SailWay
 from tests.unit.estimates import AT_REST
 
 CLOSE_RAD = math.radians(50.0)  # to starboard of a wind from north
