@@ -20,11 +20,14 @@ from companion.analysis.trial_checks import DEAD_BAND, PLACE_AHEAD, PLACE_ASIDE,
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.devices import SensorConfig, ThrusterConfig
 from companion.config.dimensions.limits import figures
+from companion.config.dimensions.steady_course import steady_mps
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.config.rudder import RudderConfig
-from companion.config.vessel import LimitsConfig
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import LimitsConfig, VesselConfig
 from companion.core.progress import Told, part, tell_nobody
+from companion.params.store import Parameters
 from companion.record.replacing import replace_file
 
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
@@ -106,11 +109,25 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     designs = designed(boat, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)
+    if _is_better(compared):
+        warnings += _course(replace(boat, hull=hull, thrusters=tuple(found.thrusters)), parameters)
     checked = _checks(model, found, ran, warnings)
     made = TrialIdentification(
         log, found, ran, compared, designs, checked, heading, whole, values, model, "", "", tuple(warnings)
     )
     return replace(made, overlay=_overlay(made), text=_text(made))
+
+
+def _course(boat: VesselConfig, parameters: Parameters) -> list[str]:
+    """Says that the hull leaves its course by itself at the speed of missions."""
+    steady = steady_mps(boat.hull, boat.thrusters, boat.limits.yaw_nm, top_speed_mps(boat))
+    if parameters["WP_SPEED"] <= steady:
+        return []
+    return [
+        f"beyond {steady:.2f} m/s the hull leaves its course faster than the thrusters can turn it back: missions "
+        f"weave at WP_SPEED {parameters['WP_SPEED']:.2f}. Once the trial counts, WP_SPEED and MPC_XY_VEL_MAX are as "
+        "low by themselves, unless the vessel's file sets them"
+    ]
 
 
 def _checks(model: HullModel, found: HullFit, ran: Sequence[Ran], warnings: list[str]) -> tuple[Check, ...]:

@@ -41,7 +41,8 @@ class YawLimit:
     """`nm(surge_n, surge_mps)` → Nm. `most_nm`: the largest beside any force ahead, at rest. It never changes.
 
     It is `limits.yaw_nm` beside any force, except for a boat that only fixed thrusters turn, with rudders or without,
-    and except for the speed of a boat with rudders beside other thrusters.
+    and except for the speed of a boat with rudders beside other thrusters. `aside_nm`: what thrusters give more of it
+    that push the boat aside with it, as one in the bow does; 0 for a boat without sideways thrust.
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -50,13 +51,16 @@ class YawLimit:
         self._table: list[float] = []
         self._strongest = 0  # place in the table of the largest moment
         self._flows: list[_Flow] = []
+        self.aside_nm = 0.0
         self._by_race = limits.sway_n <= 0.0  # a boat that pushes itself sideways pushes each screw to and fro
         with_rudders = not steered_by_rudder(thrusters) and any(thruster.kind == "rudder" for thruster in thrusters)
         by_force = self._by_race and all(thruster.kind == "fixed" for thruster in without_blades(thrusters))
-        if not (with_rudders or by_force):
+        if self._by_race and not (with_rudders or by_force):
             return
         if not math.isclose(figures(thrusters)[2].value, limits.yaw_nm, rel_tol=_BY_HAND):
             return
+        if not self._by_race:
+            self.aside_nm = max(0.0, turning_nm(without_blades(thrusters), 0.0) - limits.yaw_nm)
         if with_rudders:
             self._flows = [
                 _Flow(thruster, thruster.rudder, thruster.propeller_m)
@@ -77,10 +81,10 @@ class YawLimit:
         """Whether the boat's speed counts."""
         return bool(self._flows)
 
-    def within(self, surge_n: float, yaw_nm: float, surge_mps: float = 0.0) -> tuple[float, float]:
+    def within(self, surge_n: float, yaw_nm: float, surge_mps: float = 0.0, aside: bool = False) -> tuple[float, float]:
         """The force ahead and the moment that the boat can have at once: the moment within its limit, and the force
         less where that gives more of the moment. Without its heading the boat would lose its way too. `surge_mps`:
-        speed ahead through the water."""
+        speed ahead through the water; `aside`: the heading counts before the force sideways."""
         wanted_nm = abs(yaw_nm)
         if self._table and wanted_nm > self.nm(surge_n, surge_mps):
             i, step_n = self._strongest, self._most_n / _STEPS
@@ -88,7 +92,7 @@ class YawLimit:
                 surge_n = max(step_n * i, surge_n - _LESS * step_n)
                 if self.nm(surge_n, surge_mps) >= wanted_nm:
                     break
-        most_nm = self.nm(surge_n, surge_mps)
+        most_nm = self.nm(surge_n, surge_mps) + (self.aside_nm if aside else 0.0)
         return surge_n, min(most_nm, max(-most_nm, yaw_nm))
 
     def nm(self, surge_n: float, surge_mps: float = 0.0) -> float:

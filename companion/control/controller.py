@@ -106,6 +106,7 @@ class Controller:
         self._coming_to_rest = ComingToRest(config)
         self._demanded: Wrench | None = None
         self._surge_mps = 0.0  # through the water, as far as it counts for the limits
+        self._under_way = False
         self._ahead: tuple[Wrench, ...] = ()
 
     def reset(self) -> None:
@@ -156,6 +157,7 @@ class Controller:
         bias is reduced by what fell short of the last demand."""
         self._ahead = ()
         self._surge_mps = through_water(nav)[0] if self._yaw_limit.by_speed else 0.0
+        self._under_way = isinstance(setpoint, PathSetpoint)
         self._yaw.pushes(achieved)
         if not isinstance(setpoint, _STEERED):
             self._free_drift.see(nav, achieved, dt_s)
@@ -339,7 +341,7 @@ class Controller:
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits
         surge_n = min(limits.surge_n, max(-limits.surge_n, wrench.surge_n))
-        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm, self._surge_mps)
+        surge_n, yaw_nm = self._yaw_limit.within(surge_n, wrench.yaw_nm, self._surge_mps, self._under_way)
         return Wrench(surge_n, min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)), yaw_nm)
 
 

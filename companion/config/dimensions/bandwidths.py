@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from companion.config.devices import SensorConfig
 from companion.config.dimensions.figure import Figure
@@ -52,19 +53,26 @@ _LATE_SHARE, _SLIDES_MPS, _LEAST_LOOKAHEAD_M, _MOST_LOOKAHEAD_M = 1.25, 0.1, 3.0
 _TURN = 2.0
 
 
+class Speeds(NamedTuple):
+    """`top_mps`: at full thrust; `steady_mps`: faster the boat does not keep its course."""
+
+    top_mps: float
+    steady_mps: float = math.inf
+
+
 def figures(
     hull: HullConfig,
     limits: tuple[float, float, float],
     length_m: float,
     sensors: Sequence[SensorConfig],
     lag_s: float,
-    top_mps: float,
+    speeds: Speeds,
     needs_flow: bool = False,
     drifts: bool = False,
 ) -> tuple[Figure, ...]:
-    """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust; `top_mps`: top
-    speed; `needs_flow`: the boat steers by a rudder or a nozzle, so that it turns in a circle; `drifts`: it has no way
-    astern, so that in Hold it drifts and sails back."""
+    """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust;
+    `needs_flow`: the boat steers by a rudder or a nozzle, so that it turns in a circle; `drifts`: it has no way astern,
+    so that in Hold it drifts and sails back."""
     surge_n, sway_n, yaw_nm = limits
     receiver = grade_of(sensors)
     by_lag = _LAG_SHARE / max(0.1, lag_s)
@@ -79,8 +87,8 @@ def figures(
             _MOST_STEERED_RADPS if needs_flow else min(1.3, 1.6 * by_lag),
         ),
         **_speeds(
-            top_mps,
-            _cruise_mps(hull, top_mps, length_m),
+            speeds,
+            max(_SLOWEST_CRUISE_MPS, min(_cruise_mps(hull, speeds.top_mps, length_m), speeds.steady_mps)),
             surge_n / hull.m11_kg,
             yaw_nm,
             hull,
@@ -115,7 +123,7 @@ def figures(
 
 
 def _speeds(
-    top_mps: float,
+    speeds: Speeds,
     cruise_mps: float,
     most_mps2: float,
     yaw_nm: float,
@@ -132,10 +140,10 @@ def _speeds(
         turn_radps = spin_radps = cruise_mps / turn_m
     elif can_sway:
         spin_radps = turn_radps
-    positioning = _within(0.1, _POSITIONING_SHARE * top_mps, positioning_mps)
+    positioning = _within(0.1, _POSITIONING_SHARE * speeds.top_mps, positioning_mps)
     return {
         "WP_SPEED": cruise_mps,
-        "MPC_XY_VEL_MAX": _within(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps, _MOST_MPS),
+        "MPC_XY_VEL_MAX": _within(_SLOWEST_CRUISE_MPS, min(_TOP_SHARE * speeds.top_mps, speeds.steady_mps), _MOST_MPS),
         "DP_SPEED_AHEAD": positioning,
         "DP_SPEED_ASTERN": 0.5 * positioning,
         "DP_SPEED_SWAY": _within(0.05, 0.3 * positioning, 0.15),

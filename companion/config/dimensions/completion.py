@@ -177,6 +177,7 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
             (surge_n, sway_n, yaw_nm),
             boat.length_m,
             sensors or (),
+            thrusters,
             needs_flow=steers,
             drifts=drifts,
         )

@@ -10,6 +10,7 @@ from companion.config.devices import SensorConfig, ThrusterConfig
 from companion.config.dimensions import added_mass, bandwidths, cross_damping, limits, surge_damping, windage
 from companion.config.dimensions.figure import Figure
 from companion.config.dimensions.form import Dimensions
+from companion.config.dimensions.steady_course import steady_mps
 from companion.config.hull import DampingConfig, HullConfig
 
 LAG_S = 0.3  # time constant of thrust of a small electric drive
@@ -58,13 +59,16 @@ def parameter_figures(
     limit: tuple[float, float, float],
     length_m: float,
     sensors: Sequence[SensorConfig],
+    thrusters: Sequence[ThrusterConfig],
     lag_s: float = LAG_S,
     needs_flow: bool = False,
     drifts: bool = False,
 ) -> tuple[Figure, ...]:
     """Defaults of parameters for a hull. `limit`: surge N, sway N, yaw Nm; `needs_flow`: it steers by a
     rudder or a nozzle; `drifts`: it has no way astern."""
-    return bandwidths.figures(hull, limit, length_m, sensors, lag_s, top_speed_mps(hull, limit[0]), needs_flow, drifts)
+    top_mps = top_speed_mps(hull, limit[0])
+    speeds = bandwidths.Speeds(top_mps, steady_mps(hull, thrusters, limit[2], top_mps))
+    return bandwidths.figures(hull, limit, length_m, sensors, lag_s, speeds, needs_flow, drifts)
 
 
 def top_speed_mps(hull: HullConfig, thrust_n: float) -> float:

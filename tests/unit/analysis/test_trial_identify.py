@@ -119,7 +119,8 @@ def test_bandwidths_are_designed_for_the_thrust_that_was_found(
     estimates = tuple(
         replace(one, value=0.25 * one.value) if one.name.startswith("scale") else one for one in found.fit.estimates
     )
-    weak = replace(found.fit, estimates=estimates)
+    thrusters = tuple(replace(one, max_n=0.25 * one.max_n, min_n=0.25 * one.min_n) for one in found.fit.thrusters)
+    weak = replace(found.fit, estimates=estimates, thrusters=thrusters)
     monkeypatch.setattr(trial_identify, "fit", lambda *_, **__: weak)
     monkeypatch.setattr(trial_identify, "prediction", lambda *_: found.prediction)
     before, now = ({d.name: d for d in one.designs} for one in (found, identify_trial(log)))

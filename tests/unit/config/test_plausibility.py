@@ -48,6 +48,11 @@ def with_one_antenna(boat: VesselConfig) -> VesselConfig:
             "Missions",
         ),
         (lambda b: replace(b, limits=replace(b.limits, yaw_nm=3000.0)), "turning circle", "Follow"),
+        (
+            lambda b: replace(b, hull=replace(b.hull, m22_kg=5000.0), parameters={"WP_SPEED": 0.9}),
+            "the hull leaves its course faster than the thrusters",
+            "Missions, RTL and Follow: it weaves. Set WP_SPEED to 0.",
+        ),
         (moved, "'stern_port' at x -3 m", "its lever is wrong"),
         (with_pair, "a baseline of 0.40 m: one sigma of 4.1°", "no better than a compass"),
         (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: refused"),

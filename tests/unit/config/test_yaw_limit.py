@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -100,3 +101,19 @@ def test_speed_gives_a_boat_without_rudders_nothing() -> None:
     for boat in (WAMV, SKIFF, load(find("revolt")), load(find("sailbot"))):
         limit = YawLimit(boat)
         assert not limit.by_speed and limit.nm(50.0, 3.0) == limit.nm(50.0)
+
+
+def test_a_thruster_in_the_bow_turns_the_boat_too_where_a_push_aside_does_not_count() -> None:
+    boat = parse(file_text(replace(ANSWERS, layout="twin-bow", spread_m=0.3, bow_motor="10")), "boat.toml")
+    limit, bow = YawLimit(boat), boat.thrusters[-1]
+    assert bow.azimuth_rad == pytest.approx(math.pi / 2.0)
+    assert limit.aside_nm == pytest.approx(0.9 * abs(bow.min_n) * bow.x_m, rel=0.01)
+    assert limit.within(5.0, 1.0e3, aside=True) == (5.0, boat.limits.yaw_nm + limit.aside_nm)
+    assert limit.within(5.0, 1.0e3) == (5.0, boat.limits.yaw_nm)
+
+
+def test_no_other_boat_has_more_by_a_push_aside() -> None:
+    """Without sideways thrust what pushes aside counts already; a limit that somebody chose stays."""
+    by_hand = replace(load(find("cybership2")), limits=replace(load(find("cybership2")).limits, yaw_nm=1.0))
+    for boat in (WAMV, SKIFF, load(find("rescuerunner")), by_hand):
+        assert YawLimit(boat).aside_nm == 0.0

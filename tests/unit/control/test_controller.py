@@ -138,6 +138,15 @@ def test_rudders_beside_other_thrusters_are_asked_for_more_by_speed_through_the_
     assert moment_nm(carried) == moment_nm(still)
 
 
+def test_under_way_a_thruster_in_the_bow_turns_the_boat_before_it_pushes_it_aside() -> None:
+    boat = parse(file_text(replace(ANSWERS, layout="twin-bow", spread_m=0.3)), "boat.toml")
+    control, off = Controller(boat, Parameters(boat.parameters)), nav_state(yaw_rad=-2.0)
+    under_way_nm = control.update(PathSetpoint(1.0, 0.0, 0.0, 0.0, 0.0), off, ZERO_WRENCH, 0.1).yaw_nm
+    held_nm = control.update(HERE, off, ZERO_WRENCH, 0.1).yaw_nm
+    assert held_nm == boat.limits.yaw_nm
+    assert under_way_nm > 1.2 * boat.limits.yaw_nm
+
+
 def test_known_wind_is_countered() -> None:
     nav = nav_state(wind=(3.0, math.pi / 2.0))
     wrench = controller().update(HERE, nav, ZERO_WRENCH, DT_S)
