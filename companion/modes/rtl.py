@@ -131,6 +131,7 @@ class RtlMode(Mode):
         self._blocked = None
         self._waiting.reset()
         self._search.drop()
+        self._events.renew("rtl_arrived")
         returning = self._point.back(inputs.home, self._by_track)
         here = (inputs.nav.north_m, inputs.nav.east_m)
         self._seeks = not returning.is_at_hand(here)

@@ -81,6 +81,21 @@ def test_armed_and_still_at_home_there_is_nothing_to_follow(make_boat: Callable[
     assert not isinstance(boat.setpoint, PathSetpoint)
 
 
+def test_each_arrival_is_announced_however_soon_after_the_last(make_boat: Callable[..., Boat]) -> None:
+    """Disarmed and armed again at home; a program that watched waited for the second one for ever."""
+    boat = make_boat()
+    boat.supervisor.arm(boat.now_s)
+    boat.step(1.0)
+    assert boat.supervisor.request_mode(ModeId.RTL, boat.now_s).accepted
+    boat.until(lambda: "rtl_arrived" in boat.names())
+    first_s = boat.now_s
+    boat.supervisor.disarm(boat.now_s)
+    boat.step(0.5)
+    boat.supervisor.arm(boat.now_s)
+    boat.until(lambda: boat.names().count("rtl_arrived") == 2, timeout_s=60.0)
+    assert boat.now_s < first_s + 9.0
+
+
 @pytest.mark.parametrize("track", [0, 1])
 def test_moved_ashore_and_armed_again_the_old_track_is_gone(make_boat: Callable[..., Boat], track: int) -> None:
     boat = make_boat(RTL_TRACK=track)
