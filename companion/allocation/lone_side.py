@@ -17,6 +17,7 @@ _SOON_S, _LASTS = 2.0, 1.0  # a new demand is taken to last so long; an older on
 _LEAST_OFF = 0.01  # of the limits: a demand, or a gain, that is worth no change
 _WORTH_S = 0.2  # of the limits, times seconds, that must be gained as well: little thrust does not reverse in waves
 _BRAKES_SHARE = 0.1  # of the force ahead: a boat that makes way is to brake from so much astern on
+_STILL_BRAKES_SHARE = 0.03  # until so little: about one limit alone the thruster turned to and fro without thrust
 _NOTHING = 1.0e-18
 _MARGIN = 1.05  # on what the present side costs, before the other is better
 
@@ -50,6 +51,7 @@ class LoneSide:
         """Begin ahead."""
         self.ahead = True
         self.aim_rad: float | None = None
+        self._brakes = False  # it is to brake
         self._better = 0  # the side that misses less once the thruster is there: 1 ahead, −1 astern
         self._lasted_s = 0.0  # for which it has been that side
 
@@ -81,7 +83,8 @@ class LoneSide:
         present_n = self._best_n(self.ahead, surge_n, yaw_nm, azimuth_rad)
         gives = self._off(surge_n, yaw_nm, present_n, azimuth_rad)  # on its way to where it stays
         lasts_s = _SOON_S + _LASTS * self._lasted_s
-        keeps_way = makes_way and surge_n > -_BRAKES_SHARE * self._surge_n
+        self._brakes = surge_n <= -(_STILL_BRAKES_SHARE if self._brakes else _BRAKES_SHARE) * self._surge_n
+        keeps_way = makes_way and not self._brakes
         wins = _MARGIN * _missing(other, nothing, lasts_s) + _WORTH_S < _missing(stays, gives, lasts_s)
         if (keeps_way and not self.ahead) or (wins and not keeps_way):
             self.ahead, stays = not self.ahead, other

@@ -59,16 +59,17 @@ def test_a_replay_says_the_same_to_the_last_bit(tmp_path: Path) -> None:
 
 @pytest.mark.sweep
 def test_the_thesis_loses_it(tmp_path: Path) -> None:
-    outcome = sail(tmp_path, 0, ahrs="thesis")
-    assert outcome.metrics["heading_error_max_deg"] > 8.0 and outcome.metrics["heading_error_mean_deg"] > 3.0
+    thesis, own = (sail(tmp_path / each, 0, ahrs=each).metrics for each in ("thesis", "companion"))
+    assert thesis["heading_error_max_deg"] > 8.0 > 4.0 * own["heading_error_max_deg"]
+    assert thesis["heading_error_mean_deg"] > 5.0 * own["heading_error_mean_deg"]
 
 
 @pytest.mark.sweep
 def test_uncalibrated_iron_is_no_compass(tmp_path: Path) -> None:
-    """Motion holds the heading against it; the errors are several times those of a calibrated one."""
+    """Motion holds the heading against it; the errors are about twice those of a calibrated one."""
     raw, calibrated = (sail(tmp_path / each, 1, magnetometer=each).metrics for each in ("raw", "calibrated"))
-    assert raw["heading_error_max_deg"] > 2.0 * calibrated["heading_error_max_deg"]
-    assert raw["heading_error_mean_deg"] > 2.0 * calibrated["heading_error_mean_deg"]
+    assert raw["heading_error_max_deg"] > 1.7 * calibrated["heading_error_max_deg"]
+    assert raw["heading_error_mean_deg"] > 1.7 * calibrated["heading_error_mean_deg"]
 
 
 def test_an_unknown_word_is_said(tmp_path: Path) -> None:

@@ -25,11 +25,14 @@ def test_a_circle_is_kept(tmp_path: Path) -> None:
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("vessel", ["aboat", "revolt"])
-def test_the_circle_quiets_the_thrusters_and_costs_no_energy(tmp_path: Path, vessel: str, seed: int) -> None:
+@pytest.mark.parametrize(("vessel", "share"), [("aboat", 0.9), ("revolt", 0.4)])
+def test_the_circle_quiets_the_thrusters_and_costs_no_energy(
+    tmp_path: Path, vessel: str, share: float, seed: int
+) -> None:
+    """ÅBOAT's thrusters vary little without it."""
     whole = sail(tmp_path / "whole", seed, vessel, econ="0")
     soft = sail(tmp_path / "soft", seed, vessel, econ="1")
-    assert soft["variation_percent_ps"] < 0.7 * whole["variation_percent_ps"]
+    assert soft["variation_percent_ps"] < share * whole["variation_percent_ps"]
     assert soft["power_percent"] < 1.03 * whole["power_percent"]
 
 
