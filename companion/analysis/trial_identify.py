@@ -125,8 +125,8 @@ def _course(boat: VesselConfig, parameters: Parameters) -> list[str]:
         return []
     return [
         f"beyond {steady:.2f} m/s the hull leaves its course faster than the thrusters can turn it back: missions "
-        f"weave at WP_SPEED {parameters['WP_SPEED']:.2f}. Once the trial counts, WP_SPEED and MPC_XY_VEL_MAX are as "
-        "low by themselves, unless the vessel's file sets them"
+        f"weave at WP_SPEED {parameters['WP_SPEED']:.2f}. Once the trial counts, WP_SPEED and MPC_XY_VEL_MAX follow, "
+        "unless the vessel's file sets them"
     ]
 
 
