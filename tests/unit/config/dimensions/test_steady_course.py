@@ -2,16 +2,19 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from companion.cli.new_file import file_text
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.steady_course import COMES_BACK_RAD, mastered_rad, steady_mps
 from companion.config.hull import DampingConfig, HullConfig
 from companion.config.vessel import VesselConfig, find, load, parse
 from companion.control.model import force_for
+from tests.unit.rudder_boat import ANSWERS
 
 # Hidden boat 224 of `tests.scenarios.identified_hulls`, rounded, as its Trial found it.
 UNSTABLE = HullConfig(
@@ -21,49 +24,15 @@ UNSTABLE = HullConfig(
     m23_kgm=1.5,
     damping=DampingConfig(x_u=10.0, x_uu=15.0, y_v=4.0, y_vv=80.0, n_r=3.0, n_rr=6.0, y_uv=20.0, n_uv=-6.0, n_ur=5.0),
 )
-TWINS = """
-name = "twins"
-title = "Twins"
-control_rate_hz = 10.0
-[home]
-lat_deg = 63.4
-lon_deg = 10.4
-[hull]
-form = "monohull"
-length_m = 1.8
-beam_m = 0.5
-mass_kg = 65.0
-m22_kg = M22
-[[thruster]]
-name = "port"
-kind = "fixed"
-x_m = -0.8
-y_m = -0.2
-max_n = 40
-[[thruster]]
-name = "starboard"
-kind = "fixed"
-x_m = -0.8
-y_m = 0.2
-max_n = 40
-[[sensor]]
-name = "gnss"
-driver = "nmea0183"
-antennas = 1
-port = "serial:/dev/usv-gnss:115200"
-[[actuator]]
-name = "mcu"
-driver = "microcontroller"
-port = "serial:/dev/usv-mcu:115200"
-thrusters = ["port", "starboard"]
-"""
 
 
 def twins(m22_kg: float) -> VesselConfig:
-    return parse(TWINS.replace("M22", str(m22_kg)), "twins.toml")
+    """Two fixed thrusters 0.3 m apart."""
+    text = file_text(replace(ANSWERS, layout="twin", spread_m=0.3))
+    return parse(text.replace("[hull]\n", f"[hull]\nm22_kg = {m22_kg}\n"), "twins.toml")
 
 
-def motion(speed_mps: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def motion(speed_mps: float) -> tuple[NDArray[np.floating[Any]], NDArray[np.floating[Any]]]:
     """(A, b) of ẋ = A x + b N for x = (v, r), by the derivatives of the controller's model."""
     small = 1.0e-6
     inertia = np.array(
@@ -105,7 +74,7 @@ def test_a_stable_hull_masters_any_drift() -> None:
 
 
 def test_steady_is_the_last_speed_from_which_it_comes_back() -> None:
-    thrusters = twins(100).thrusters
+    thrusters = twins(82).thrusters
     speed_mps = steady_mps(UNSTABLE, thrusters, 9.5, 2.0)
     assert 0.3 < speed_mps < 1.0
     assert mastered_rad(UNSTABLE, speed_mps + 0.3, 2.0 * 9.5) < COMES_BACK_RAD
@@ -118,7 +87,7 @@ def test_a_hull_without_inertia_is_left_to_other_checks() -> None:
 
 
 def test_speeds_that_follow_from_the_dimensions_keep_within_it() -> None:
-    usual, heavy = map(twins, (100, 300))
+    usual, heavy = map(twins, (82, 200))
     top_mps = top_speed_mps(heavy.hull, heavy.limits.surge_n)
     steady = steady_mps(heavy.hull, heavy.thrusters, heavy.limits.yaw_nm, top_mps)
     assert heavy.parameters["WP_SPEED"] == heavy.parameters["MPC_XY_VEL_MAX"] == pytest.approx(steady, abs=1e-3)
