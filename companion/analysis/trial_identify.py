@@ -20,11 +20,10 @@ from companion.analysis.trial_checks import DEAD_BAND, PLACE_AHEAD, PLACE_ASIDE,
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.devices import SensorConfig, ThrusterConfig
 from companion.config.dimensions.limits import figures
-from companion.config.dimensions.steady_course import steady_mps
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.config.rudder import RudderConfig
-from companion.config.top_speed import top_speed_mps
+from companion.config.top_speed import steady_speed_mps
 from companion.config.vessel import LimitsConfig, VesselConfig
 from companion.core.progress import Told, part, tell_nobody
 from companion.params.store import Parameters
@@ -120,7 +119,7 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
 
 def _course(boat: VesselConfig, parameters: Parameters) -> list[str]:
     """Says that the hull leaves its course by itself at the speed of missions."""
-    steady = steady_mps(boat.hull, boat.thrusters, boat.limits.yaw_nm, top_speed_mps(boat))
+    steady = steady_speed_mps(boat)
     if parameters["WP_SPEED"] <= steady:
         return []
     return [

@@ -11,11 +11,11 @@ from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.dimensions.motors import find
 from companion.config.dimensions.receivers import grade_of
-from companion.config.dimensions.steady_course import steady_mps
 from companion.config.hull import humps, usual_damping
 from companion.config.kinds import Place
 from companion.config.sensor_checks import baseline_m
 from companion.config.sensors import SENSORS
+from companion.config.top_speed import steady_speed_mps
 from companion.config.vessel import VesselConfig
 
 _UNLIKE = 3.0  # times the weaker one of a pair: other propellers or motors differ by less
@@ -26,7 +26,7 @@ _OVERVOLTED = 1.5  # times the highest voltage in the table of motors
 _OUTSIDE = 1.1  # of half the length or beam
 _ASIDE_M = 0.01  # a smaller place is in the middle
 _CRUISE_MPS = 1.0
-_OVER_STEADY = 1.05
+_OVER_STEADY = 1.05  # less is rounding
 _WIDE_TURN = 10.0  # lengths across: twice the 5 that ships may take (IMO MSC.137(76))
 _USUAL_DEG = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)  # directions of fixed thrusters
 _SLOW_DPS = 4.0  # slower than drives turn; in radians 0.07 to 4 are usual
@@ -326,8 +326,7 @@ def _wide_turns(config: VesselConfig) -> Iterator[Judgement]:
 def _course(config: VesselConfig) -> Iterator[Judgement]:
     """A hull that leaves its course by itself. Speeds that follow from the dimensions keep within what it can."""
     speed_mps = config.parameters.get("WP_SPEED")
-    top_mps = top_speed_mps(config.hull, config.limits.surge_n)
-    steady = steady_mps(config.hull, config.thrusters, config.limits.yaw_nm, top_mps)
+    steady = steady_speed_mps(config)
     if speed_mps is not None and speed_mps > _OVER_STEADY * steady:
         yield Judgement(
             ("parameters", "WP_SPEED"),

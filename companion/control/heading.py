@@ -9,7 +9,7 @@ from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import pole_placement
-from companion.control.model import coriolis, damping
+from companion.control.model import damping, drift_moment_nm
 from companion.control.slow_nozzle import SlowNozzle
 from companion.control.turn_resistance import TurnResistance
 from companion.core.actuation import ZERO_WRENCH, Wrench
@@ -31,7 +31,7 @@ _SWING_SHARE = 0.6
 _SLOW_SWING_SHARE = 1.0
 # The moment of the drift that is answered at once, of the limit, or as that of such an error of the heading. With the
 # latter alone, five boats that are unstable on their course were a tenth to a half further off their squares.
-_MUNK_SHARE, _MUNK_RAD = 0.5, 0.25
+_DRIFT_SHARE, _DRIFT_RAD = 0.5, 0.25
 _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset to learn
 _STALLED_SHARE = 0.25  # of the turn that is asked for
 # In which a stalled bow gets as much moment again as the loop gives it; once it is free, the same is forgotten.
@@ -132,17 +132,16 @@ class YawLoop:
         bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
         heave = self._heaved_nm(error, bound, yaw_rate, kd * fastest, dt_s)
         u, v = through_water(nav) if flow is None else flow
-        _, _, munk = coriolis(hull, u, v, 0.0)
-        munk += hull.damping.n_uv * abs(u) * v
-        most_munk = max(_MUNK_RAD * kp, _MUNK_SHARE * self._config.limits.yaw_nm)
-        bounded_munk = min(most_munk, max(-most_munk, munk))
+        drift_nm = drift_moment_nm(hull, u, v)
+        most_nm = max(_DRIFT_RAD * kp, _DRIFT_SHARE * self._config.limits.yaw_nm)
+        drift_nm = min(most_nm, max(-most_nm, drift_nm))
         held_nm = bias.in_body(nav.yaw_rad)[2]
         if self._slow and self._nozzle is not None:
-            foreseen = self._nozzle.foreseen(drag + bounded_munk + held_nm, resisting)
+            foreseen = self._nozzle.foreseen(drag + drift_nm + held_nm, resisting)
             error += (yaw_rate - rate) * foreseen.time_s + foreseen.turned_rad
             yaw_rate += foreseen.grown_radps
         pull = min(bound, max(-bound, error))
-        return drag + bounded_munk - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
+        return drag + drift_nm - kp * pull - kd * (yaw_rate - rate) + heave + held_nm
 
     def _integral_share(self, rate_radps: float) -> float:
         """Integral action as a share of the bandwidth, in a turn at that rate. None under sail, where what turns the

@@ -16,6 +16,12 @@ def coriolis(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps
     return x, y, n
 
 
+def drift_moment_nm(hull: HullConfig, surge_mps: float, sway_mps: float) -> float:
+    """The moment against that drift through the water: Munk's, and that of the lift (N_uv)."""
+    _, _, munk_nm = coriolis(hull, surge_mps, sway_mps, 0.0)
+    return munk_nm + hull.damping.n_uv * abs(surge_mps) * sway_mps
+
+
 def damping(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
     """D(ν) ν as (surge N, sway N, yaw Nm): the force against the motion."""
     d = hull.damping

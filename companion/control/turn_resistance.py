@@ -18,10 +18,9 @@ from __future__ import annotations
 import math
 
 from companion.config.vessel import VesselConfig
-from companion.control.model import coriolis, damping
+from companion.control.model import damping, drift_moment_nm
 from companion.core.actuation import Wrench
-from companion.core.estimate import NavState
-from companion.core.frames import ned_to_body
+from companion.core.estimate import NavState, through_water
 
 _SEEN_S = 1.0  # low-pass filter: beyond the lag of thrusters
 _USUAL_SHARE = 0.3  # of the yaw limit: a turn that by the file takes so much counts as `_PRIOR_S` and `_LASTS_S` say
@@ -55,13 +54,9 @@ class TurnResistance:
 
     def update(self, nav: NavState, achieved: Wrench, dt_s: float) -> None:
         """`achieved`: what the thrusters gave in the last cycle, of `dt_s`."""
-        u, v, r = nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps
-        if nav.current_north_mps is not None and nav.current_east_mps is not None:
-            x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-            u, v = u - x, v - y
-        _, _, munk = coriolis(self._hull, u, v, 0.0)
+        (u, v), r = through_water(nav), nav.yaw_rate_radps
         _, _, resisted_nm = damping(self._hull, u, 0.0, r)
-        given_nm = achieved.yaw_nm - munk - self._hull.damping.n_uv * abs(u) * v
+        given_nm = achieved.yaw_nm - drift_moment_nm(self._hull, u, v)
         if not math.isfinite(given_nm + resisted_nm) or dt_s <= 0.0:
             self.restart()
             return

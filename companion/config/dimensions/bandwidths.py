@@ -57,7 +57,7 @@ class Speeds(NamedTuple):
     """`top_mps`: at full thrust; `steady_mps`: faster the boat does not keep its course."""
 
     top_mps: float
-    steady_mps: float = math.inf
+    steady_mps: float
 
 
 def figures(
