@@ -7,8 +7,8 @@ import math
 from companion.core.angles import wrap_pi
 
 _LAG_S = 0.25  # with which a steering gear closes the last of its way: farther off, its rate is what limits it
-_REACTION_S = 0.3  # from a command to the motion that is reported
-_SPAN_S = 0.3  # over which a rate is measured
+_SPAN_S = 0.3  # over which a rate is measured; no less than the time from a command to the motion that is reported
+_SHORT_SPAN_S = 0.2  # the same, where the thruster then comes close to the command
 _LEARN_S = 0.6
 _LAGGING_SHARE = 0.4  # of the rate at which such a gear closes its way: what turns more slowly is at its limit
 _LEAST_WAY_RAD = math.radians(5.0)  # beyond play
@@ -22,13 +22,15 @@ class TurnRate:
     """Commands and reports of one thruster → its rate of turn.
 
     `rate_radps` is never above the configured rate. A rate counts while the command is so far ahead that a gear with a
-    short lag would turn at its full rate, or much faster than this one does. Remembers the rate, the last measurement
-    and whether it confirms the one before, the rate used last, the last report, and since when and by how much at least
-    the command has been ahead.
+    short lag would turn at its full rate, or much faster than this one does: all over the span and on average over the
+    one before, since the motion follows the command with a delay. Remembers the rate, the last measurement and whether
+    it confirms the one before, the rate used last, the last report, and of the present span its length, its way and by
+    how much the command was ahead, on average of the span before too.
     """
 
     __slots__ = (
-        "_ahead_s",
+        "_ahead_before_rad",
+        "_ahead_rad_s",
         "_configured_radps",
         "_last",
         "_least_rad",
@@ -51,8 +53,8 @@ class TurnRate:
         self.settled = False
         self._seen_radps = 0.0
         self._last: tuple[float, float] | None = None  # time and azimuth of the last report
-        self._ahead_s = self._span_s = self._way_rad = self._side = 0.0
         self._least_rad = math.inf
+        self._restart(0.0)
 
     @property
     def slow(self) -> bool:
@@ -69,29 +71,38 @@ class TurnRate:
         dt_s, ahead_rad = t_s - last[0], wrap_pi(command_rad - last[1])
         side = math.copysign(1.0, ahead_rad)
         if abs(ahead_rad) < min(_LEAST_WAY_RAD, _LAG_S * self.rate_radps) or side != self._side:
+            changed = self._span_s >= _SHORT_SPAN_S and self._end_span()
             self._restart(side)
-            return False
-        self._ahead_s += dt_s
-        self._least_rad = min(self._least_rad, abs(ahead_rad))
-        if self._ahead_s <= _REACTION_S:
-            return False
+            return changed
         self._span_s += dt_s
+        self._ahead_rad_s += dt_s * abs(ahead_rad)
+        self._least_rad = min(self._least_rad, abs(ahead_rad))
         self._way_rad += side * wrap_pi(measured_rad - last[1])
-        return self._span_s >= _SPAN_S and self._learn()
+        return self._span_s >= _SPAN_S and self._end_span()
 
     def _restart(self, side: float) -> None:
-        self._side, self._ahead_s, self._span_s, self._way_rad = side, 0.0, 0.0, 0.0
+        self._side, self._span_s, self._way_rad = side, 0.0, 0.0
+        self._ahead_rad_s = 0.0
         self._least_rad = math.inf
+        self._ahead_before_rad = math.nan  # the motion of the first span may begin late
 
-    def _learn(self) -> bool:
-        seen_radps, span_s, least_rad = self._way_rad / self._span_s, self._span_s, self._least_rad
-        self._span_s, self._way_rad, self._least_rad = 0.0, 0.0, math.inf
+    def _end_span(self) -> bool:
+        span_s, seen_radps, least_rad = self._span_s, self._way_rad / self._span_s, self._least_rad
+        before_rad, self._ahead_before_rad = self._ahead_before_rad, self._ahead_rad_s / span_s
+        self._span_s = self._ahead_rad_s = self._way_rad = 0.0
+        self._least_rad = math.inf
         if seen_radps < _STANDS_SHARE * self._configured_radps:
             return False
-        limits = min(self.rate_radps, seen_radps / _LAGGING_SHARE)  # what the rate limits, no lag can
-        if least_rad < _LAG_S * limits:
+        if math.isnan(before_rad):
+            self._seen_radps = seen_radps
             return False
-        before, self._seen_radps = self._seen_radps, seen_radps
+        return self._learn(seen_radps, span_s, min(before_rad, least_rad))
+
+    def _learn(self, seen_radps: float, span_s: float, ahead_rad: float) -> bool:
+        if ahead_rad < _LAG_S * min(self.rate_radps, seen_radps / _LAGGING_SHARE):  # what the rate limits, no lag can
+            return False
+        before = self._seen_radps
+        self._seen_radps = seen_radps
         self.settled = abs(seen_radps - before) < _SETTLED_SHARE * seen_radps
         share = 1.0 - math.exp(-span_s / _LEARN_S)
         step = 0.5 * (before + seen_radps) - self.rate_radps if self.settled else share * (seen_radps - self.rate_radps)

@@ -55,6 +55,31 @@ def test_a_slow_nozzle_is_learned_before_a_bend_asks_for_all_of_it() -> None:
     assert math.degrees(nozzle.turn.rate_radps) == pytest.approx(14.0, rel=0.2) and nozzle.turn.slow
 
 
+@pytest.mark.parametrize("rate_deg", [8.0, 10.0, 14.0])
+def test_one_turn_of_a_second_tells(rate_deg: float) -> None:
+    """A boat that is steered gently asks for one such turn in a bend, and then for small ones."""
+    nozzle = Nozzle(math.radians(rate_deg), 0.2)
+    for k in range(5):
+        nozzle.hold(0.05, math.radians(4.0 * (k + 1)))
+    nozzle.hold(0.6, math.radians(24.0))
+    assert math.degrees(nozzle.turn.rate_radps) == pytest.approx(rate_deg, rel=0.2) and nozzle.turn.slow
+
+
+@pytest.mark.parametrize("late", [0, 2, 4])
+@pytest.mark.parametrize("lag_s", [0.1, 0.25, 0.35])
+def test_no_command_makes_a_gear_with_a_lag_a_slow_one(lag_s: float, late: int) -> None:
+    """Steps, ramps and swings of any size and length, of a gear whose reports come up to 0.2 s late."""
+    draw = random.Random(7)
+    nozzle = Nozzle(CONFIGURED_RADPS, lag_s, late)
+    at_rad = 0.0
+    for _ in range(400):
+        goal_rad, steps = draw.uniform(-STOP_RAD, STOP_RAD), draw.choice((1, 4, 10, 30, 60))
+        for k in range(steps):
+            nozzle.hold(DT_S, at_rad + (goal_rad - at_rad) * (k + 1) / steps)
+            assert not nozzle.turn.slow
+        at_rad = goal_rad
+
+
 @pytest.mark.parametrize("lag_s", [0.05, 0.2, 0.3])
 def test_small_commands_do_not_make_a_nozzle_with_a_lag_a_slow_one(lag_s: float) -> None:
     nozzle = Nozzle(CONFIGURED_RADPS, lag_s)
