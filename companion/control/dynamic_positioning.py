@@ -15,7 +15,7 @@ from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.economy import WHOLE, Economy, Firmness
 from companion.control.feedforward import feedforward
-from companion.control.model import coriolis
+from companion.control.model import drift_moment_nm
 from companion.control.steady_current import SteadyCurrent
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
@@ -93,8 +93,8 @@ class DynamicPositioning:
     def _against_current(self, setpoint: PoseSetpoint, u: float, v: float, nav: NavState, dt_s: float) -> Wrench:
         """Feed-forward against the current, where the whole model feeds forward; (u, v): velocity of the reference.
 
-        Force and moment are those of the mean current, which adds no noise. Under way the Munk moment changes sign as
-        the boat turns: there it is that of the boat's own velocity in the present estimate."""
+        Force and moment are those of the mean current, which adds no noise. Under way the moment of the drift changes
+        sign as the boat turns: there it is that of the boat's own velocity in the present estimate."""
         if int(self._parameters["DP_FF_KIND"]) != _FULL:
             return ZERO_WRENCH
         self._current.update(nav, dt_s)
@@ -103,8 +103,8 @@ class DynamicPositioning:
         if weight == 0.0 or nav.current_north_mps is None or nav.current_east_mps is None:
             return slow
         x, y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-        _, _, actual_nm = coriolis(self._hull, nav.surge_mps - x, nav.sway_mps - y, 0.0)
-        _, _, planned_nm = coriolis(self._hull, u, v, 0.0)
+        actual_nm = drift_moment_nm(self._hull, nav.surge_mps - x, nav.sway_mps - y)
+        planned_nm = drift_moment_nm(self._hull, u, v)
         return Wrench(slow.surge_n, slow.sway_n, slow.yaw_nm + weight * (actual_nm - planned_nm - slow.yaw_nm))
 
     def restart(self) -> None:
