@@ -32,6 +32,20 @@ def test_the_boats_own_drift_counts_above_positioning_speeds(speed: float, share
     assert moments[1] - moments[0] == pytest.approx(share * (hull.m22_kg - hull.m11_kg) * speed * 0.2, abs=1e-6)
 
 
+@pytest.mark.parametrize("speed", [1.0, -1.0])
+def test_the_hulls_lift_counts_against_the_moment_of_the_drift(speed: float) -> None:
+    """A vectored boat of 0.9 m turned 10 degrees late: the lift of its hull takes most of the Munk moment off ahead."""
+    config = load(find("aboat"))
+    lifts = replace(config.hull, damping=replace(config.hull.damping, n_uv=-300.0))
+    moments = []
+    for hull in (config.hull, lifts):
+        nav = replace(AT_REST, surge_mps=speed, sway_mps=0.2, current_north_mps=0.0, current_east_mps=0.0)
+        law = DynamicPositioning(replace(config, hull=hull), Parameters(config.parameters))
+        setpoint = PoseSetpoint(0.0, 0.0, 0.0, surge_mps=speed)
+        moments.append(law.update(setpoint, nav, BiasForce(config.limits), 0.1).yaw_nm)
+    assert moments[1] - moments[0] == pytest.approx(-300.0 * 0.2, abs=1e-6)
+
+
 def on_path_nm(drift_mps: float, current_mps: float = 0.0, speed_mps: float = 1.0) -> float:
     """The moment for a heading that the boat has, at that sideways speed over ground."""
     config = load(find("aboat"))
