@@ -272,10 +272,13 @@ class BowKeeper:
         return self._heading_rad
 
     def _slides(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> bool:
-        """Whether the boat has long gone round its point by its own motion through the water."""
+        """Whether the boat has long gone round its point by its own motion through the water. One that wind and stream
+        keep where it is does not."""
         distance_m = max(_AT_POINT_M, math.hypot(north_m, east_m))
         north_mps, east_mps = nav.north_mps - self._stream[0], nav.east_mps - self._stream[1]
-        round_mps = abs(north_m * east_mps - east_m * north_mps) / distance_m
+        through = north_m * east_mps - east_m * north_mps
+        over_ground = north_m * nav.east_mps - east_m * nav.north_mps
+        round_mps = min(abs(through), abs(over_ground)) / distance_m if through * over_ground > 0.0 else 0.0
         sideways_mps = abs(east_mps * math.cos(nav.yaw_rad) - north_mps * math.sin(nav.yaw_rad))
         share = _SETTLED_SHARE if self._round_s >= _ROUND_S else 1.0
         fast = round_mps > share * _ROUND_RADPS * distance_m and sideways_mps > share * _SIDEWAYS_MPS

@@ -132,6 +132,16 @@ def test_a_drift_is_no_slide() -> None:
     assert all(isinstance(keeper.update(carried, None, 1.0, 0.1), PathSetpoint) for _ in range(60))
 
 
+def test_a_boat_that_the_wind_keeps_where_a_stream_sets_it_aside_is_no_slide() -> None:
+    """It moves through the water, and not over ground. A kayak in rough water stopped pushing there; the waves turned
+    it across, and it was 15 m off."""
+    keeper = BowKeeper(replace(OTTER, thrusters=OTTER.thrusters[:1]), parameters())
+    kept_there = at(north_m=-0.5, current=(0.0, 0.6))
+    keeper.start(kept_there)
+    keeper.hold(0.0, 0.0, 0.0, None)
+    assert all(isinstance(keeper.update(kept_there, None, 1.0, 0.1), PathSetpoint) for _ in range(60))
+
+
 def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_from_afar() -> None:
     keeper = held(at(yaw_rad=1.0))
     assert keeper.update(at(east_m=0.5, yaw_rad=1.0), None, 1.0, 0.1).yaw_rad == pytest.approx(1.0)
