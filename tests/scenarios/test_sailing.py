@@ -52,7 +52,7 @@ def test_it_sails_in_light_and_in_strong_wind(tmp_path: Path, wind: str) -> None
 
 @pytest.mark.sweep
 def test_it_sails_on_by_the_last_wind_while_the_vane_is_lost(tmp_path: Path) -> None:
-    outcome = sailed(tmp_path, 206, "wind_unplugged@60+60", hold="0")
+    outcome = sailed(tmp_path, 206, "wind_unplugged@60+60", hold="31")
     assert outcome.error is None, bad(outcome)
     texts = (tmp_path / "events.csv").read_text(encoding="utf-8")
     assert "Wind vane lost: sails by the last wind" in texts
